@@ -1,0 +1,87 @@
+"""Every observer under its name: rates, states, gains and flux, so that the other rooms need not know them one by one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from imo_analysis.equations import adaptive, baseline, luenberger, repaired, transformation
+
+_FULL = ("i_ds_hat", "i_qs_hat", "z_1_hat", "z_2_hat", "xi_1_hat", "xi_2_hat", "alpha_hat", "omega_hat")
+_GAINS = ("k_1", "k_2", "k_3", "g", "K_p", "alpha_l", "delta")
+PARAMETERS = ("R_s", "L_m", "sigma", "beta", "alpha")
+
+
+def _flux_adaptive(x: Any, i: Any, beta: Any) -> Any:
+    return transformation.reconstructed_flux(i[0], i[1], x[2], x[3], x[4], x[5], x[6], x[7], beta)
+
+
+def _flux_luenberger(x: Any, i: Any, beta: Any) -> Any:
+    return transformation.from_z(x[0], x[1], x[2], x[3], beta)
+
+
+def _flux_baseline(x: Any, i: Any, beta: Any) -> Any:
+    return x[2], x[3]
+
+
+@dataclass(frozen=True)
+class Observer:
+    """An observer of the family.
+
+    Attributes
+    ----------
+    name : str
+        The name used in studies and data sets.
+    rates : callable
+        ``rates(x, i, u, direction, p, gains)``; ``p`` in the order of `PARAMETERS`.
+    states, gains : tuple of str
+        Names, in the order of ``x`` and ``gains``.
+    flux : callable
+        ``flux(x, i, beta)``, the estimated rotor flux.
+    source : str
+        Where the paper prints it.
+    meaning : str
+        In a line.
+    needs_direction : bool
+        Whether it must be told the direction of rotation.
+    """
+
+    name: str
+    rates: Callable[..., Any]
+    states: tuple[str, ...]
+    gains: tuple[str, ...]
+    flux: Callable[..., Any]
+    source: str
+    meaning: str
+    needs_direction: bool
+
+
+OBSERVERS: dict[str, Observer] = {
+    o.name: o
+    for o in (
+        Observer("baseline", baseline.baseline,
+                 ("i_ds_hat", "i_qs_hat", "phi_dr_hat", "phi_qr_hat", "omega_hat"), ("l_1", "l_2", "l_3", "l_4", "h"),
+                 _flux_baseline, "(2)-(4)", "adaptive full-order observer of Kubota and Matsuse", False),
+        *(
+            Observer(f"luenberger_{name}", rates,
+                     ("i_ds_hat", "i_qs_hat", "z_1_hat", "z_2_hat", "omega_hat"), ("k_1", "k_2", "K_p"),
+                     _flux_luenberger, "(7), (11)", f"Luenberger observer with known alpha, z feedback of {where}", True)
+            for name, rates, where in (
+                ("printed_7", luenberger.luenberger_printed_7, "(7)"),
+                ("printed_L", luenberger.luenberger_printed_L, "L(omega_hat)"),
+                ("consistent_12", luenberger.luenberger_consistent_12, "(12)"),
+            )
+        ),
+        *(
+            Observer(name, rates, _FULL, _GAINS, _flux_adaptive, "(8)-(11)", f"adaptive observer, z feedback of {where}", True)
+            for name, rates, where in (
+                ("printed_7", adaptive.printed_7, "(7) and (8)"),
+                ("printed_L", adaptive.printed_L, "L(omega_hat)"),
+                ("consistent_12", adaptive.consistent_12, "(12)"),
+            )
+        ),
+        Observer("repaired", repaired.repaired, _FULL, ("k_1", "kappa", *_GAINS[2:]), _flux_adaptive,
+                 "ours", "adaptive observer with the sign moved from (11) into the z loop", True),
+    )
+}
