@@ -1,0 +1,1 @@
+"""The dossier: figures, typeset mathematics and the pages of the report."""
