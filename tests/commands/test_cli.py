@@ -1,0 +1,66 @@
+"""The command line itself: help is quick and light, faults are one line with exit code 2."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from imo_analysis import cli
+
+HEAVY = ("numpy", "sympy", "numba", "control", "scipy", "xarray", "matplotlib", "pydantic", "flint")
+
+
+@pytest.mark.parametrize("command", ["", *cli.COMMANDS])
+def test_help_fits_a_screen_and_imports_nothing_heavy(command: str) -> None:
+    probe = (
+        "import sys; from imo_analysis.cli import main\n"
+        "try:\n main(sys.argv[1:])\nexcept SystemExit as e: assert e.code == 0\n"
+        f"print([m for m in {HEAVY!r} if m in sys.modules], file=sys.stderr)"
+    )
+    words = [command, "--help"] if command else ["--help"]
+    done = subprocess.run([sys.executable, "-c", probe, *words], capture_output=True, text=True, check=True)
+    assert done.stderr.strip().endswith("[]")
+    lines = done.stdout.splitlines()
+    assert len(lines) <= 40 and max(map(len, lines)) <= 130
+    assert not command or "example:" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["fly"], "'fly' is not a command"),
+        (["poles", "--omgea", "3"], "--omgea"),
+        (["simulate", "no-such-file.toml"], "no-such-file.toml"),
+        (["excite", "no-such-run.nc"], "no-such-run.nc"),
+        (["report", "no-such-study.toml"], "no-such-study.toml"),
+        (["poles", "--json", "/no-such-folder/x.json"], "/no-such-folder"),
+    ],
+)
+def test_a_fault_is_one_line_and_exit_code_2(words: list[str], says: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(words) == 2
+    err = capsys.readouterr().err
+    assert says in err
+    assert err.startswith("imo: ") and "Traceback" not in err
+    assert len(err.strip().splitlines()) == 1
+
+
+def test_an_interrupt_is_one_line(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    def interrupt(argv: list[str]) -> int:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(cli, "_run", interrupt)
+    assert cli.main(["report"]) == 2
+    assert capsys.readouterr().err.startswith("imo: interrupted")
+
+
+def test_numbers_that_json_lacks_become_null(tmp_path: Path) -> None:
+    from argparse import Namespace
+
+    from imo_analysis.commands.output import emit_json
+
+    file = tmp_path / "out.json"
+    emit_json(Namespace(json=str(file)), "imo-test/1", {"a": float("nan"), "b": 1 + 2j, "c": (1, float("inf"))})
+    data = json.loads(file.read_text())
+    assert data["a"] is None and data["b"] == [1.0, 2.0] and data["c"] == [1, None]
