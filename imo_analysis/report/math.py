@@ -1,0 +1,204 @@
+"""LaTeX to MathML that every current browser shows without a script, and the coloured difference of two formulas.
+
+`latex2mathml` does the work; what it gets wrong for this project's formulas (accents that stretch, a matrix with an exponent,
+aligned rows) is put right before and after it.
+"""
+
+from __future__ import annotations
+
+import base64
+import html
+import re
+import xml.etree.ElementTree as ET
+from difflib import SequenceMatcher
+from functools import lru_cache
+from pathlib import Path
+
+_SPACE = "http://www.w3.org/1998/Math/MathML"
+ET.register_namespace("", _SPACE)
+
+# accent as latex2mathml writes it -> the character that math fonts centre above a letter
+_ACCENTS = {"^": "\u02c6", "~": "\u02dc", "\u02d9": "\u02d9", "\u00af": "\u00af"}
+_ENVIRONMENT = re.compile(r"\\begin\{([pbvB]?matrix|cases)\}")
+_FIRST = (
+    (re.compile(r"\\operatorname\*?\{([^{}]*)\}"), r"\\mathrm{\1}"),
+    (re.compile(r"\\(begin|end)\{(aligned|split|gathered)\}"), r"\\\1{align*}"),
+    (re.compile(r"\\(?:tag|label)\{[^{}]*\}|\\nonumber|\\displaystyle"), ""),
+    (re.compile(r"\\[lr]Vert"), r"\\|"),
+    (re.compile(r"\\[lr]vert"), "|"),
+)
+
+
+def mathml(latex: str, display: bool = False) -> str:
+    """MathML of a formula.
+
+    Parameters
+    ----------
+    latex : str
+        LaTeX of mathematics, without dollar signs.
+    display : bool
+        On a line of its own.
+
+    Returns
+    -------
+    str
+        A ``<math>`` element. A formula that cannot be read is shown as its source, marked with class ``unread``.
+    """
+    return _convert(latex.strip(), display)
+
+
+@lru_cache(maxsize=4096)
+def _convert(latex: str, display: bool) -> str:
+    from latex2mathml.converter import convert
+
+    text = latex
+    for pattern, replacement in _FIRST:
+        text = pattern.sub(replacement, text)
+    text = _braced_environments(text)
+    try:
+        written = convert(text, display="block" if display else "inline")
+        root = ET.fromstring(_characters(written))
+    except Exception:  # latex2mathml raises a dozen types of its own, none of them documented
+        return f'<code class="unread">{html.escape(latex)}</code>'
+    aligned = "{align*}" in text
+    for node in root.iter():
+        _repair(node)
+        _signs(node)
+        if aligned and node.tag.endswith("mtr"):
+            for column, cell in enumerate(node):
+                cell.attrib.pop("columnalign", None)
+                cell.set("style", f"text-align: {'left' if column % 2 else 'right'}; padding-{'left' if column % 2 else 'right'}: 0.1em")
+    root.set("alttext", latex)
+    return ET.tostring(root, encoding="unicode", short_empty_elements=False)
+
+
+def _characters(written: str) -> str:
+    """Replace numeric entities (of markup characters too) so that an XML parser reads what a browser would."""
+    return re.sub(r"&(?!#?\w+;)", "&amp;", written)
+
+
+def _braced_environments(text: str) -> str:
+    """Put braces around a matrix, so that an exponent belongs to the whole of it."""
+    match = _ENVIRONMENT.search(text)
+    if not match:
+        return text
+    name = match[1]
+    depth, position = 1, match.end()
+    for edge in re.finditer(r"\\(begin|end)\{" + re.escape(name) + r"\}", text[position:]):
+        depth += 1 if edge[1] == "begin" else -1
+        if depth == 0:
+            end = position + edge.end()
+            inner = _braced_environments(text[match.end() : position + edge.start()])
+            return f"{text[: match.start()]}{{\\begin{{{name}}}{inner}{edge[0]}}}{_braced_environments(text[end:])}"
+    return text
+
+
+def _repair(node: ET.Element) -> None:
+    tag = node.tag.rpartition("}")[2]
+    children = list(node)
+    if tag == "mover" and len(children) == 2 and children[1].tag.endswith("mo"):
+        accent = (children[1].text or "").strip()
+        if accent in _ACCENTS:
+            node.set("accent", "true")
+            children[1].text = _ACCENTS[accent]
+            children[1].set("stretchy", "false")
+    elif tag in ("munder", "mover") and len(children) == 2:
+        for child in children:
+            if child.tag.endswith("mo") and (child.text or "") in ("\u23de", "\u23df"):
+                child.set("stretchy", "true")
+    elif tag == "mtd" and node.get("columnalign"):
+        node.set("style", f"text-align: {node.get('columnalign')}")  # MathML Core knows the style only
+
+
+_OPENING = frozenset("=<>(,[{\u2264\u2265\u2260\u2248\u2261\u21d2\u00b7|\u2212+")
+
+
+def _signs(node: ET.Element) -> None:
+    """A minus after an equals sign or an opening bracket is a prefix; browsers take it for a subtraction and set it wide."""
+    before: ET.Element | None = None
+    for child in node:
+        if child.tag.endswith("mo") and (child.text or "") in "\u2212+" and before is not None:
+            if before.tag.endswith("mo") and (before.text or "") in _OPENING:
+                child.set("form", "prefix")
+        before = child
+
+
+@lru_cache(maxsize=1)
+def font_face() -> str:
+    """The CSS rule that carries the math font inside the page."""
+    data = base64.b64encode((Path(__file__).parent / "fonts" / "math.woff2").read_bytes()).decode()
+    return f'@font-face{{font-family:"Imo Math";src:url(data:font/woff2;base64,{data}) format("woff2")}}'
+
+
+# Differences --------------------------------------------------------------------------------------------------------
+_ATOM = re.compile(r"\\begin\{|\\[A-Za-z]+|\\.|\s+|.", re.DOTALL)
+
+
+def atoms(latex: str) -> list[str]:
+    """Cut a formula at its outermost level: a command with its arguments, a letter with its scripts, a sign."""
+    pieces: list[str] = []
+    position = 0
+    while position < len(latex):
+        start = position
+        position = _one(latex, position)
+        piece = latex[start:position]
+        if not piece.strip():
+            continue
+        while position < len(latex) and latex[position] in "_^'":
+            position = position + 1 if latex[position] == "'" else _one(latex, position + 1)
+        pieces.append(latex[start:position].strip())
+    return pieces
+
+
+_ARGUMENTS = {"frac": 2, "dfrac": 2, "tfrac": 2, "sqrt": 1, "hat": 1, "dot": 1, "ddot": 1, "tilde": 1, "bar": 1, "mathrm": 1,
+              "text": 1, "operatorname": 1, "boldsymbol": 1, "mathbf": 1, "underbrace": 1, "overline": 1, "widehat": 1}
+
+
+def _one(text: str, position: int) -> int:
+    """Where the atom that starts at ``position`` ends."""
+    while position < len(text) and text[position].isspace():
+        position += 1
+    if position >= len(text):
+        return position
+    if text[position] == "{":
+        return _closing(text, position)
+    match = _ATOM.match(text, position)
+    assert match is not None
+    if match[0] == "\\begin{":
+        name = text[match.end() : text.index("}", match.end())]
+        end = text.find(f"\\end{{{name}}}", match.end())
+        return len(text) if end < 0 else end + len(name) + 6
+    position = match.end()
+    for _ in range(_ARGUMENTS.get(match[0].removeprefix("\\"), 0) if match[0].startswith("\\") else 0):
+        position = _one(text, position)
+    return position
+
+
+def _closing(text: str, position: int) -> int:
+    depth = 0
+    while position < len(text):
+        if text[position] == "\\":
+            position += 2
+            continue
+        depth += {"{": 1, "}": -1}.get(text[position], 0)
+        position += 1
+        if depth == 0:
+            return position
+    return position
+
+
+def difference(printed: str, derived: str) -> tuple[str, str]:
+    """Both formulas with the parts that differ marked by ``\\class{differs}``.
+
+    Formulas that use alignment or ``\\left``/``\\right`` are compared only as wholes, since a mark must not cut a pair.
+    """
+    first, second = atoms(printed), atoms(derived)
+    if any(piece in ("&", "\\\\", "\\left", "\\right") for piece in first + second):
+        return printed, derived
+    marked: tuple[list[str], list[str]] = ([], [])
+    for what, a, b, c, d in SequenceMatcher(None, first, second, autojunk=False).get_opcodes():
+        for side, piece in ((0, first[a:b]), (1, second[c:d])):
+            if piece:
+                joined = " ".join(piece)
+                marked[side].append(joined if what == "equal" else f"\\class{{differs}}{{{joined}}}")
+    return " ".join(marked[0]), " ".join(marked[1])
