@@ -1,0 +1,46 @@
+"""``imo study``: write the paper's study to start from, or check a study."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from imo_analysis.errors import InputError
+
+DESCRIPTION = "Write the paper's study, commented, to start from; or check a study and say what is in it."
+EXAMPLE = "imo study --init study.toml\n  imo study study.toml"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument("study", nargs="?", metavar="STUDY.toml", help="study to check; the paper's where left out")
+    parser.add_argument("--init", metavar="FILE", help="write the paper's study to FILE")
+    parser.add_argument("--force", action="store_true", help="let --init overwrite a file")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Do it; 0 when done."""
+    from imo_analysis.commands.output import emit_json, say
+    from imo_analysis.files import write_text
+    from imo_analysis.study import Study, paper_text
+
+    if args.init:
+        if args.study:
+            raise InputError(f"study = {args.study} cannot be given with --init; leave one of the two out")
+        if Path(args.init).exists() and not args.force:
+            raise InputError(f"{args.init} exists already; choose another name, or --force to overwrite it")
+        write_text(args.init, paper_text())
+        say(args, f"wrote {args.init}; now: imo simulate {args.init} --out run.nc")
+    study = Study.load(args.study) if args.study else Study.paper()
+    simulation = study.simulation
+    lines = [
+        f"study      {study.title} (sha256 {study.sha256[:12]})",
+        f"machine    {study.machine.name}: alpha = {study.machine.alpha:.4f} /s, {study.machine.n_p} pole pairs",
+        f"run        {simulation.duration:g} s at {1 / simulation.sample_time:g} Hz, {simulation.substeps} step(s) a sample",
+        f"observers  {', '.join(study.observers) or 'none'}",
+        f"scenarios  {', '.join(study.scenarios) or 'none'}",
+    ]
+    if not args.init:
+        say(args, "\n".join(lines))
+    emit_json(args, schema="imo-study/1", data={"sha256": study.sha256, "study": study.data})
+    return 0

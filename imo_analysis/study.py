@@ -1,0 +1,217 @@
+"""The study: everything that a person can vary, in one TOML file, checked before anything is computed.
+
+Tables: ``[machine]``, ``[simulation]``, ``[initial]``, ``[reference]``, ``[load]``, ``[drive]``, ``[sensors]``,
+``[observers.NAME]``, ``[excitation]``, ``[poles]``, ``[[windows]]``, and overlays ``[scenarios.NAME]`` over all of them.
+Their keys are in `imo_analysis.study_tables`; the built-in study of the paper is ``study_paper.toml`` beside this file.
+"""
+
+from __future__ import annotations
+
+import copy
+import hashlib
+import tomllib
+from collections.abc import Iterable, Mapping
+from functools import cached_property
+from importlib import resources
+from pathlib import Path
+from typing import Any, Self
+
+from pydantic import Field, ValidationError, model_validator
+
+from imo_analysis.errors import InputError
+from imo_analysis.files import read_toml
+from imo_analysis.machine import InductionMachine, readable
+from imo_analysis.study_tables import (
+    Drive,
+    Excitation,
+    Initial,
+    Load,
+    ObserverSettings,
+    Poles,
+    Reference,
+    Sensors,
+    Simulation,
+    Table,
+    Window,
+)
+from imo_analysis.toml_writer import toml_text
+
+
+class Study(Table):
+    """A checked study. Build it with `load`, `from_toml`, `from_data` or `paper`, never by hand.
+
+    Attributes
+    ----------
+    data : dict
+        The study as plain data with the machine file resolved: what `to_toml` writes.
+    """
+
+    title: str = "study"
+    machine: InductionMachine
+    simulation: Simulation
+    initial: Initial = Initial()
+    reference: Reference
+    load_torque: Load = Field(default=Load(), alias="load")
+    drive: Drive
+    sensors: Sensors = Sensors()
+    observers: dict[str, ObserverSettings] = Field(default={})
+    excitation: Excitation = Excitation()
+    poles: Poles = Poles()
+    windows: tuple[Window, ...] = ()
+    scenarios: dict[str, dict[str, Any]] = Field(default={})
+    data: dict[str, Any] = Field(default={}, repr=False, exclude=True)
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        feedback = self.drive.feedback
+        if feedback != "measured" and feedback not in self.observers:
+            known = ", ".join(["measured", *self.observers])
+            raise ValueError(f"drive.feedback = {feedback!r} must be one of: {known}")
+        for window in self.windows:
+            if window.start >= self.simulation.duration:
+                raise ValueError(
+                    f"the window {window.title!r} starts at {window.start:g} s, after the end of the run at "
+                    f"{self.simulation.duration:g} s; move it or lengthen simulation.duration"
+                )
+        return self
+
+    # Reading ---------------------------------------------------------------------------------------------------------
+    @classmethod
+    def load(cls, path: str | Path) -> Self:
+        """Read a study file; ``machine.file`` in it is looked up beside it.
+
+        Raises
+        ------
+        InputError
+            If the file cannot be read or anything in it cannot be used.
+        """
+        return cls.from_data(read_toml(path), str(path), Path(path).parent)
+
+    @classmethod
+    def from_toml(cls, text: str, where: str = "study") -> Self:
+        """Read a study from TOML text."""
+        try:
+            data = tomllib.loads(text)
+        except tomllib.TOMLDecodeError as error:
+            raise InputError(f"{where} is not TOML: {error}") from None
+        return cls.from_data(data, where)
+
+    @classmethod
+    def paper(cls) -> Self:
+        """The built-in study of the paper."""
+        return cls.from_toml(paper_text(), "study_paper.toml")
+
+    @classmethod
+    def from_data(cls, data: Mapping[str, Any], where: str = "study", folder: Path | None = None) -> Self:
+        """Check plain data as TOML gives it, every scenario included. ``where`` names the place in error texts."""
+        study = cls._checked(copy.deepcopy(dict(data)), where, folder)
+        for name in study.scenarios:
+            study._scenario(name, where)
+        return study
+
+    @classmethod
+    def _checked(cls, data: dict[str, Any], where: str, folder: Path | None = None) -> Self:
+        if "data" in data:
+            raise InputError(f"{where}: data is not a known key")
+        data["machine"] = _machine_values(data.get("machine"), where, folder)
+        machine = InductionMachine.build(data["machine"], f"{where}: machine")
+        if isinstance(data.get("observers"), Mapping):
+            data["observers"] = {name: _with_kind(name, one) for name, one in data["observers"].items()}
+        try:
+            return cls(**{**data, "machine": machine, "data": data})
+        except ValidationError as error:
+            raise InputError(readable(error, f"{where}:").replace(":.", ": ").replace(":)", ")")) from None
+
+    # Variants --------------------------------------------------------------------------------------------------------
+    def scenario(self, name: str) -> Self:
+        """The study with the overlay ``[scenarios.NAME]`` merged over it, key by key; lists are replaced whole.
+
+        Raises
+        ------
+        InputError
+            If there is no scenario of that name.
+        """
+        if name not in self.scenarios:
+            known = ", ".join(self.scenarios) or "none in this study"
+            raise InputError(f"scenario = {name!r} is not in the study; choose one of: {known}")
+        return self._scenario(name, "study")
+
+    def _scenario(self, name: str, where: str) -> Self:
+        base = {key: value for key, value in self.data.items() if key != "scenarios"}
+        overlay = self.scenarios[name]
+        if "scenarios" in overlay:
+            raise InputError(f"{where}: scenarios.{name}.scenarios is not a known key; scenarios do not nest")
+        return self._checked(merged(base, {"title": name, **overlay}), f"{where}: scenarios.{name}")
+
+    def changed(self, values: Mapping[str, Any]) -> Self:
+        """A copy with values replaced, each under its dotted name, such as ``machine.R_r`` or ``observers.repaired.gains.g``.
+
+        Raises
+        ------
+        InputError
+            If a name leads nowhere or a value cannot be used.
+        """
+        overlay: dict[str, Any] = {}
+        for dotted, value in values.items():
+            inner = overlay
+            *tables, key = dotted.split(".")
+            for table in tables:
+                inner = inner.setdefault(table, {})
+            inner[key] = value
+        return self._checked(merged(self.data, overlay), "study")
+
+    def only(self, observers: Iterable[str]) -> Self:
+        """A copy with these observers alone."""
+        wanted = list(observers)
+        for name in wanted:
+            if name not in self.observers:
+                raise InputError(f"observer = {name!r} is not in the study; choose from: {', '.join(self.observers)}")
+        return self._checked({**self.data, "observers": {name: self.data["observers"][name] for name in wanted}}, "study")
+
+    def observer_machine(self, name: str) -> InductionMachine:
+        """The machine as the observer of this name believes it to be, with its relative parameter errors."""
+        errors = self.observers[name].errors
+        return self.machine.with_values(**{key: getattr(self.machine, key) * (1 + error) for key, error in errors.items()})
+
+    # Writing ---------------------------------------------------------------------------------------------------------
+    def to_toml(self) -> str:
+        """The study as TOML text, without comments; reading it back gives the same study."""
+        return toml_text(self.data)
+
+    @cached_property
+    def sha256(self) -> str:
+        """Hash of `to_toml`."""
+        return hashlib.sha256(self.to_toml().encode()).hexdigest()
+
+
+def paper_text() -> str:
+    """The text of the paper's study, with its comments."""
+    return resources.files("imo_analysis").joinpath("study_paper.toml").read_text(encoding="utf-8")
+
+
+def merged(base: Mapping[str, Any], overlay: Mapping[str, Any]) -> dict[str, Any]:
+    """``overlay`` over ``base``, table by table; neither is changed."""
+    result = dict(base)
+    for key, value in overlay.items():
+        have = result.get(key)
+        result[key] = merged(have, value) if isinstance(have, Mapping) and isinstance(value, Mapping) else value
+    return result
+
+
+def _machine_values(values: Any, where: str, folder: Path | None) -> dict[str, Any]:
+    """The table ``[machine]`` with ``file`` replaced by what the file holds."""
+    if not isinstance(values, Mapping):
+        raise InputError(f'{where}: the table [machine] is missing; write for example preset = "table-iii" in it')
+    values = dict(values)
+    if "file" in values:
+        name = values.pop("file")
+        if not isinstance(name, str):
+            raise InputError(f"{where}: machine.file = {name!r} must be the name of a TOML file")
+        loaded = InductionMachine.load(str((folder or Path()) / name))
+        values = {**loaded.model_dump(), **values}
+    return values
+
+
+def _with_kind(name: str, settings: Any) -> Any:
+    """An observer's table with its kind, which is its name where none is given."""
+    return {"kind": name, **settings} if isinstance(settings, Mapping) else settings
