@@ -131,27 +131,25 @@ def font_face() -> str:
 
 
 # Differences --------------------------------------------------------------------------------------------------------
-_ATOM = re.compile(r"\\begin\{|\\[A-Za-z]+|\\.|\s+|.", re.DOTALL)
+_ATOM = re.compile(r"\\[A-Za-z]+|\\.|\s+|.", re.DOTALL)
+_ARGUMENTS = {"frac": 2, "dfrac": 2, "tfrac": 2, "sqrt": 1, "hat": 1, "dot": 1, "ddot": 1, "tilde": 1, "bar": 1, "mathrm": 1,
+              "text": 1, "operatorname": 1, "boldsymbol": 1, "mathbf": 1, "overline": 1, "widehat": 1, "mathbb": 1}
+_PAIRED = re.compile(r"\\(?:begin\{[^}]*\}|end\{[^}]*\}|left(?![a-z])|right(?![a-z]))")
 
 
 def atoms(latex: str) -> list[str]:
-    """Cut a formula at its outermost level: a command with its arguments, a letter with its scripts, a sign."""
+    """Cut a formula at its outermost level: a command with its arguments, a bracketed group, a letter with its scripts."""
     pieces: list[str] = []
     position = 0
     while position < len(latex):
         start = position
         position = _one(latex, position)
-        piece = latex[start:position]
-        if not piece.strip():
+        if not latex[start:position].strip():
             continue
         while position < len(latex) and latex[position] in "_^'":
             position = position + 1 if latex[position] == "'" else _one(latex, position + 1)
         pieces.append(latex[start:position].strip())
     return pieces
-
-
-_ARGUMENTS = {"frac": 2, "dfrac": 2, "tfrac": 2, "sqrt": 1, "hat": 1, "dot": 1, "ddot": 1, "tilde": 1, "bar": 1, "mathrm": 1,
-              "text": 1, "operatorname": 1, "boldsymbol": 1, "mathbf": 1, "underbrace": 1, "overline": 1, "widehat": 1}
 
 
 def _one(text: str, position: int) -> int:
@@ -162,14 +160,13 @@ def _one(text: str, position: int) -> int:
         return position
     if text[position] == "{":
         return _closing(text, position)
+    pair = _PAIRED.match(text, position)
+    if pair:
+        return _paired(text, position)
     match = _ATOM.match(text, position)
     assert match is not None
-    if match[0] == "\\begin{":
-        name = text[match.end() : text.index("}", match.end())]
-        end = text.find(f"\\end{{{name}}}", match.end())
-        return len(text) if end < 0 else end + len(name) + 6
     position = match.end()
-    for _ in range(_ARGUMENTS.get(match[0].removeprefix("\\"), 0) if match[0].startswith("\\") else 0):
+    for _ in range(_ARGUMENTS.get(match[0][1:], 0) if match[0].startswith("\\") else 0):
         position = _one(text, position)
     return position
 
@@ -187,18 +184,64 @@ def _closing(text: str, position: int) -> int:
     return position
 
 
-def difference(printed: str, derived: str) -> tuple[str, str]:
-    """Both formulas with the parts that differ marked by ``\\class{differs}``.
+def _paired(text: str, position: int) -> int:
+    """The end of ``\\left( ... \\right)`` or of an environment that begins at ``position``."""
+    depth = 0
+    for edge in _PAIRED.finditer(text, position):
+        opens = edge[0].startswith(("\\begin", "\\left"))
+        depth += 1 if opens else -1
+        if depth == 0:
+            end = edge.end()
+            return _ATOM.match(text, end).end() if edge[0] == "\\right" and end < len(text) else end  # type: ignore[union-attr]
+    return len(text)
 
-    Formulas that use alignment or ``\\left``/``\\right`` are compared only as wholes, since a mark must not cut a pair.
-    """
+
+def difference(printed: str, derived: str) -> tuple[str, str]:
+    """Both formulas with the parts that differ marked by ``\\class{differs}``, inside fractions and brackets too."""
     first, second = atoms(printed), atoms(derived)
-    if any(piece in ("&", "\\\\", "\\left", "\\right") for piece in first + second):
-        return printed, derived
     marked: tuple[list[str], list[str]] = ([], [])
     for what, a, b, c, d in SequenceMatcher(None, first, second, autojunk=False).get_opcodes():
-        for side, piece in ((0, first[a:b]), (1, second[c:d])):
-            if piece:
-                joined = " ".join(piece)
-                marked[side].append(joined if what == "equal" else f"\\class{{differs}}{{{joined}}}")
+        if what == "equal":
+            marked[0].extend(first[a:b])
+            marked[1].extend(second[c:d])
+        elif b - a == d - c:
+            for one, other in zip(first[a:b], second[c:d], strict=True):
+                for side, piece in enumerate(_inside(one, other) or (_mark(one), _mark(other))):
+                    marked[side].append(piece)
+        else:
+            marked[0].extend(map(_mark, first[a:b]))
+            marked[1].extend(map(_mark, second[c:d]))
     return " ".join(marked[0]), " ".join(marked[1])
+
+
+def _mark(piece: str) -> str:
+    return piece if piece in ("&", "\\\\") else f"\\class{{differs}}{{{piece}}}"
+
+
+_FRACTION = re.compile(r"\\[dt]?frac")
+_BRACKETS = re.compile(r"(\\left.)(.*)(\\right.)((?:[_^].*)?)", re.DOTALL)
+
+
+def _inside(one: str, other: str) -> tuple[str, str] | None:
+    """The difference of two fractions, or of two brackets with the same exponent, part by part."""
+    if _FRACTION.match(one) and _FRACTION.match(other):
+        parts = [_arguments(piece) for piece in (one, other)]
+        if all(len(part) == 2 for part in parts):
+            over, under = (difference(a, b) for a, b in zip(*parts, strict=True))
+            return f"\\frac{{{over[0]}}}{{{under[0]}}}", f"\\frac{{{over[1]}}}{{{under[1]}}}"
+    a, b = _BRACKETS.fullmatch(one), _BRACKETS.fullmatch(other)
+    if a and b and (a[1], a[3], a[4]) == (b[1], b[3], b[4]):
+        left, right = difference(a[2], b[2])
+        return f"{a[1]}{left}{a[3]}{a[4]}", f"{a[1]}{right}{a[3]}{a[4]}"
+    return None
+
+
+def _arguments(fraction: str) -> list[str]:
+    """The contents of the braces of a plain fraction; empty when something follows them."""
+    position = fraction.index("c") + 1
+    parts = []
+    while position < len(fraction):
+        end = _one(fraction, position)
+        parts.append(fraction[position:end].strip().removeprefix("{").removesuffix("}"))
+        position = end
+    return parts

@@ -1,0 +1,118 @@
+"""Pieces of HTML, and the one self-contained page. Everything that comes from data is escaped here, once."""
+
+from __future__ import annotations
+
+import base64
+import html
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from imo_analysis.report.math import font_face, mathml
+
+_ASSETS = Path(__file__).parent / "assets"
+
+
+class Html(str):
+    """Text that is HTML already; any other text is escaped where it is put in."""
+
+    __slots__ = ()
+
+
+@dataclass(frozen=True)
+class Chapter:
+    """A chapter of the dossier: anchor, title and contents."""
+
+    anchor: str
+    title: str
+    body: Html
+
+
+def text(value: object) -> Html:
+    """A value as HTML: `Html` as it is, everything else escaped."""
+    return value if isinstance(value, Html) else Html(html.escape(str(value), quote=True))
+
+
+def join(parts: Iterable[object], between: str = "\n") -> Html:
+    """The parts one after the other, escaped where needed."""
+    return Html(between.join(text(part) for part in parts))
+
+
+def tag(name: str, *parts: object, **attributes: object) -> Html:
+    """An element; ``class_`` and ``for_`` give class and for, an underscore in a name a dash, and None leaves one out."""
+    written = "".join(
+        f' {key.rstrip("_").replace("_", "-")}="{html.escape(str(value), quote=True)}"'
+        for key, value in attributes.items()
+        if value is not None
+    )
+    return Html(f"<{name}{written}>{join(parts, '')}</{name}>")
+
+
+def prose(source: str) -> Html:
+    """Paragraphs of plain text with ``code`` in backticks and $formulas$ in dollars; blank lines part the paragraphs."""
+    return join(tag("p", inline(paragraph)) for paragraph in source.strip().split("\n\n") if paragraph.strip())
+
+
+def inline(source: object) -> Html:
+    """One run of text with backticks and dollars."""
+    if isinstance(source, Html):
+        return source
+    pieces: list[Html] = []
+    for number, piece in enumerate(str(source).split("`")):
+        if number % 2:
+            pieces.append(tag("code", piece))
+            continue
+        for inner, part in enumerate(piece.split("$")):
+            pieces.append(Html(mathml(part)) if inner % 2 else text(part))
+    return join(pieces, "")
+
+
+def formula(latex: str) -> Html:
+    """A formula on its own line, in a box that scrolls when it is too wide."""
+    return tag("div", Html(mathml(latex, display=True)), class_="scroll")
+
+
+def table(head: Sequence[object], rows: Iterable[Sequence[object]], caption: str = "", numeric: Iterable[int] = ()) -> Html:
+    """A table; columns in ``numeric`` are set to the right."""
+    right = set(numeric)
+
+    def cells(kind: str, row: Sequence[object]) -> Html:
+        return join((tag(kind, inline(cell), class_="n" if k in right else None) for k, cell in enumerate(row)), "")
+
+    title = tag("caption", inline(caption)) if caption else Html("")
+    body = join(tag("tr", cells("td", row)) for row in rows)
+    return tag("div", tag("table", title, tag("thead", tag("tr", cells("th", head))), tag("tbody", body)), class_="scroll")
+
+
+def figure(svg: str, caption: str, alt: str, file: str) -> Html:
+    """A figure inside the page (as data, so that its ids and styles stay its own), with a link to the file beside it."""
+    data = base64.b64encode(svg.encode("utf-8")).decode()
+    image = Html(f'<img alt="{html.escape(alt, quote=True)}" loading="lazy" src="data:image/svg+xml;base64,{data}">')
+    link = tag("a", file, href=file)
+    return tag("figure", image, tag("figcaption", inline(caption), Html(" File: "), link, "."))
+
+
+def answer(*parts: object) -> Html:
+    """A framed sentence or two: what a chapter found."""
+    return tag("div", *(tag("p", inline(part)) for part in parts), class_="answer")
+
+
+def asset(name: str) -> str:
+    """The text of a file in ``assets``."""
+    return (_ASSETS / name).read_text(encoding="utf-8")
+
+
+def page(title: str, first_screen: Html, chapters: Sequence[Chapter], footer: Html) -> str:
+    """The whole page: style, font, script and figures inside, nothing loaded from anywhere."""
+    items = join((tag("li", tag("a", c.title, href=f"#{c.anchor}")) for c in chapters), "")
+    navigation = tag("nav", tag("p", "imo report", class_="name"), tag("ol", tag("li", tag("a", "Verdicts", href="#top")), items),
+                     aria_label="Chapters")
+    sections = join(tag("section", tag("h2", c.title), c.body, id=c.anchor) for c in chapters)
+    body = tag("div", navigation, tag("main", tag("section", first_screen, id="top"), sections, tag("footer", footer)),
+               class_="frame")
+    head = (
+        '<meta charset="utf-8"><meta name="viewport" content="width=device-width,initial-scale=1">'
+        f"<title>{html.escape(title)}</title><style>{font_face()}\n{asset('page.css')}</style>"
+        '<script>document.documentElement.className="js"</script>'
+    )
+    return f'<!DOCTYPE html>\n<html lang="en">\n<head>{head}</head>\n<body>\n{body}\n<script>{asset("page.js")}</script>\n</body>\n</html>\n'
