@@ -1,0 +1,193 @@
+"""The error dynamics of an observer as numbers: `control.StateSpace` with named states, or batches of system matrices.
+
+The matrices come from `imo_analysis.pencils.jacobian`; this file supplies the numbers: machine, gains, speed, and for the
+full linearisation a steady operating point of the machine (1).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from imo_analysis.equations import plant, transformation
+from imo_analysis.equations.catalogue import PARAMETERS
+from imo_analysis.errors import InputError
+from imo_analysis.machine import InductionMachine
+from imo_analysis.pencils.jacobian import Jacobian, Kind, jacobian, known_observer
+
+if TYPE_CHECKING:
+    import control
+
+Gains = Mapping[str, float] | Sequence[float]
+
+
+@dataclass(frozen=True)
+class OperatingPoint:
+    """A steady state of the machine: constant speed, slip and rotor flux magnitude. Floats, or arrays that broadcast.
+
+    Attributes
+    ----------
+    omega : float or array
+        Electrical rotor speed in rad/s.
+    flux : float or array
+        Magnitude of the rotor flux in Wb.
+    slip : float or array
+        Slip frequency in rad/s; the flux turns at ``omega + slip``.
+    """
+
+    omega: Any
+    flux: Any
+    slip: Any = 0.0
+
+    def quantities(self, machine: InductionMachine) -> dict[str, Any]:
+        """Currents, fluxes, z and voltages of the steady state, in the frame of the flux (phi_qr = 0), by name.
+
+        The rows of (1) are affine in the currents and the voltages, so each is solved for from the value at zero.
+        """
+        p = machine.plant_parameters
+        frame = self.omega + self.slip
+        no_current = plant.plant((0.0, 0.0, self.flux, 0.0, self.omega), (0.0, 0.0), frame, 0.0, p)
+        i_ds, i_qs = (-row / (machine.alpha * machine.L_m) for row in no_current[2:4])
+        no_voltage = plant.plant((i_ds, i_qs, self.flux, 0.0, self.omega), (0.0, 0.0), frame, 0.0, p)
+        u_ds, u_qs = (-row * machine.sigma for row in no_voltage[:2])
+        z_1, z_2 = transformation.to_z(i_ds, i_qs, self.flux, 0.0, machine.beta)
+        return {"i_ds": i_ds, "i_qs": i_qs, "phi_dr": self.flux, "phi_qr": 0.0, "z_1": z_1, "z_2": z_2, "xi_1": z_1,
+                "xi_2": z_2, "u_ds": u_ds, "u_qs": u_qs, "omega": self.omega, "stator_frequency": frame}
+
+
+def gain_values(name: str, gains: Gains, needed: Sequence[str] | None = None) -> dict[str, float]:
+    """Gains by name, checked.
+
+    Parameters
+    ----------
+    name : str
+        The observer.
+    gains : mapping or sequence
+        By name, or in the order of the catalogue.
+    needed : sequence of str, optional
+        Names that must be there; all of the observer's where left out.
+
+    Raises
+    ------
+    InputError
+        If one is unknown, missing or not finite.
+    """
+    observer = known_observer(name)
+    if not isinstance(gains, Mapping):
+        if len(gains) != len(observer.gains):
+            raise InputError(f"gains of {name} must be {len(observer.gains)} numbers ({', '.join(observer.gains)}), not {len(gains)}")
+        gains = dict(zip(observer.gains, gains, strict=True))
+    for gain, value in gains.items():
+        if gain not in observer.gains:
+            raise InputError(f"gain {gain!r} is not known for {name}; it has: {', '.join(observer.gains)}")
+        if not np.all(np.isfinite(value)):
+            raise InputError(f"gain {gain} = {value} of {name} must be finite")
+    missing = [gain for gain in (observer.gains if needed is None else needed) if gain not in gains]
+    if missing:
+        raise InputError(f"gains of {name} are missing: {', '.join(missing)}")
+    return dict(gains)
+
+
+def arguments(
+    derived: Jacobian, machine: InductionMachine, gains: Gains, point: OperatingPoint, overrides: Mapping[str, Any] | None = None
+) -> dict[str, Any]:
+    """Every number that a Jacobian needs, by name. ``overrides`` replaces parameters or gains, also by arrays.
+
+    The direction of rotation is the sign of omega, and +1 at standstill.
+    """
+    needed = [gain for gain in known_observer(derived.observer).gains if gain in derived.arguments]
+    omega = np.asarray(point.omega, dtype=float)
+    if not np.all(np.isfinite(omega)):
+        raise InputError(f"omega = {point.omega} must be finite, in rad/s")
+    values: dict[str, Any] = dict(zip(PARAMETERS, machine.observer_parameters, strict=True))
+    if derived.kind == "full":
+        flux = np.asarray(point.flux, dtype=float)
+        if not (np.all(np.isfinite(flux)) and np.all(flux > 0)):
+            raise InputError(f"flux = {point.flux} Wb of the operating point must be above 0")
+        if not np.all(np.isfinite(np.asarray(point.slip, dtype=float))):
+            raise InputError(f"slip = {point.slip} rad/s of the operating point must be finite")
+        values |= point.quantities(machine)
+    values |= gain_values(derived.observer, gains, needed) | dict(overrides or {})
+    values["omega"] = omega
+    values["direction"] = np.where(omega < 0, -1.0, 1.0)
+    if "alpha_l" in derived.arguments and np.any(values["alpha"] <= values["alpha_l"]):
+        raise InputError(
+            f"alpha_l = {values['alpha_l']:g} /s must be below alpha = {values['alpha']:g} /s: at or below it the projection "
+            "(10) has a kink and no linearisation"
+        )
+    return values
+
+
+def frozen_matrix(
+    machine: InductionMachine, name: str, gains: Gains, omega: Any, overrides: Mapping[str, Any] | None = None
+) -> np.ndarray:
+    """System matrices of the frozen-speed error dynamics, shape ``omega.shape + (n, n)``, in 1/s.
+
+    Parameters
+    ----------
+    machine : InductionMachine
+        As the observer believes it to be: at frozen speed its errors do not depend on the true machine.
+    name : str
+        The observer, as in the catalogue.
+    gains : mapping or sequence of float
+        Those that the pencil uses must be there (the adaptation gains need not).
+    omega : float or array
+        Electrical speed in rad/s.
+    overrides : mapping, optional
+        Parameters (R_s, L_m, sigma, beta, alpha) or gains to replace, floats or arrays that broadcast with ``omega``.
+    """
+    derived = jacobian(name, "frozen")
+    return derived.system_matrix(arguments(derived, machine, gains, OperatingPoint(omega, None), overrides))
+
+
+def full_matrix(machine: InductionMachine, name: str, gains: Gains, point: OperatingPoint) -> np.ndarray:
+    """System matrices of the full linearisation about operating points, shape ``(..., n, n)``, in 1/s."""
+    derived = jacobian(name, "full")
+    return derived.system_matrix(arguments(derived, machine, gains, point))
+
+
+def frozen_pencil(machine: InductionMachine, name: str, gains: Gains, omega: float) -> control.StateSpace:
+    """The error dynamics at a frozen speed as a `control.StateSpace` with named states, inputs and outputs.
+
+    States are the errors (``i_ds_tilde`` ...), inputs the noise on the measured currents (A) and the error of the voltages
+    that the observer is told (V), outputs the states and the error of the reconstructed rotor flux (Wb).
+    """
+    return _state_space(jacobian(name, "frozen"), machine, gains, OperatingPoint(float(omega), None))
+
+
+def full_pencil(machine: InductionMachine, name: str, gains: Gains, point: OperatingPoint) -> control.StateSpace:
+    """The linearisation with the adaptation of speed and alpha, about a steady operating point, in the frame of the flux.
+
+    As `frozen_pencil`, with the states ``omega_tilde`` and, where the observer adapts it, ``alpha_tilde``, and with the rates
+    of the true speed and alpha as inputs.
+    """
+    return _state_space(jacobian(name, "full"), machine, gains, point)
+
+
+def _state_space(derived: Jacobian, machine: InductionMachine, gains: Gains, point: OperatingPoint) -> control.StateSpace:
+    import control
+
+    whole = derived.evaluate(arguments(derived, machine, gains, point))
+    if whole.ndim != 2:
+        raise InputError("a state space takes one operating point; use frozen_matrix or full_matrix for many")
+    n = len(derived.states)
+    return control.ss(
+        whole[:n, :n], whole[:n, n:], whole[n:, :n], whole[n:, n:],
+        states=list(derived.states), inputs=list(derived.inputs), outputs=list(derived.outputs),
+        name=f"{derived.observer}_{derived.kind}", remove_useless_states=False,
+    )
+
+
+def poles(matrices: np.ndarray) -> np.ndarray:
+    """Eigenvalues of a batch of matrices, shape ``(..., n)``, complex, each set sorted by real then imaginary part."""
+    eigenvalues = np.linalg.eigvals(np.asarray(matrices)).astype(complex)
+    return np.sort(eigenvalues, axis=-1)
+
+
+def poles_at(machine: InductionMachine, name: str, gains: Gains, point: OperatingPoint, kind: Kind = "frozen") -> np.ndarray:
+    """Poles of either kind at one or many operating points, shape ``(..., n)``, in 1/s. ``frozen`` uses the speed alone."""
+    derived = jacobian(name, kind)
+    return poles(derived.system_matrix(arguments(derived, machine, gains, point)))
