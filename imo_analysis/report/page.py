@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import base64
 import html
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from urllib.parse import quote
 
 from imo_analysis.report.math import font_face, mathml
 
@@ -86,8 +86,8 @@ def table(head: Sequence[object], rows: Iterable[Sequence[object]], caption: str
 
 def figure(svg: str, caption: str, alt: str, file: str) -> Html:
     """A figure inside the page (as data, so that its ids and styles stay its own), with a link to the file beside it."""
-    data = base64.b64encode(svg.encode("utf-8")).decode()
-    image = Html(f'<img alt="{html.escape(alt, quote=True)}" loading="lazy" src="data:image/svg+xml;base64,{data}">')
+    data = quote(svg[svg.index("<svg") :].replace("\n", " "), safe=" =:;,./()-_*'?@&+!$~[]|")
+    image = Html(f'<img alt="{html.escape(alt, quote=True)}" loading="lazy" src="data:image/svg+xml,{html.escape(data)}">')
     link = tag("a", file, href=file)
     return tag("figure", image, tag("figcaption", inline(caption), Html(" File: "), link, "."))
 

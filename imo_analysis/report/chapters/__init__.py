@@ -1,0 +1,1 @@
+"""One chapter of the dossier a file; each takes data and gives a `Chapter`."""

@@ -1,0 +1,76 @@
+"""The chapter on the machine: Table III, what follows from it, and the two readings of alpha."""
+
+from __future__ import annotations
+
+from imo_analysis.machine import PRESETS, InductionMachine
+from imo_analysis.notation import symbol
+from imo_analysis.report.page import Chapter, answer, join, prose, table, tag
+
+_GIVEN = ("n_p", "R_s", "R_r", "L_m", "L_s", "L_r", "J", "B")
+_DERIVED = ("sigma", "alpha", "beta", "gamma", "mu")
+
+
+def machine_chapter(machine: InductionMachine) -> Chapter:
+    """The study's machine beside both readings of the paper's Table III."""
+    columns: dict[str, InductionMachine] = {"this study": machine, **PRESETS}
+    plain, printed = PRESETS["table-iii"], PRESETS["table-iii-printed-alpha"]
+    head = ("", "unit", "meaning", *columns)
+    numeric = range(3, len(head))
+
+    def rows(names: tuple[str, ...]) -> list[tuple[object, ...]]:
+        return [
+            (f"${symbol(name).latex}$", symbol(name).unit.replace("ohm", "Ω"), symbol(name).meaning,
+             *(f"{getattr(one, name):.5g}" for one in columns.values()))
+            for name in names
+        ]
+
+    body = join(
+        [
+            prose(
+                f"""
+The study's machine is "{machine.name}". Source: {machine.source or "not given"}.
+"""
+            ),
+            table(head, rows(_GIVEN), "Parameters", numeric),
+            table(head, rows(_DERIVED), "What follows from them", numeric),
+            tag("h3", "The two readings of alpha"),
+            prose(
+                rf"""
+Table III gives $R_r = {plain.R_r:g}\;\Omega$ and, from its inductances, $L_r = {plain.L_r * 1e3:g}\;\mathrm{{mH}}$, so that
+$\alpha = R_r / L_r = {plain.alpha:.4f}\;/\mathrm{{s}}$. The same table prints $\alpha = {printed.alpha:.4f}\;/\mathrm{{s}}$,
+which is {printed.alpha / plain.alpha:.4f} times as much. Both cannot be right.
+"""
+            ),
+            answer(
+                f"The text starts the estimate at 6.6 and takes {printed.alpha:.4f} as the true value: the simulated motor is the "
+                f"table's motor with its rotor resistance raised by half (R_r = {printed.R_r:.3f} Ω), and the observers begin with "
+                "the table's own value. Both readings are kept, as the presets `table-iii` and `table-iii-printed-alpha`."
+            ),
+            tag("h3", "Units of the speed equation"),
+            prose(
+                r"""
+Table I prints $\mu = 3 L_m / (2 L_r)$. With it the speed row of (1) does not have consistent units: the inertia is missing from
+the torque term, and without the pole pairs $\omega$ cannot be both the electrical speed that the flux equations need and the
+speed of the shaft. Here $\omega$ is the electrical speed throughout, $\mu = 3 n_p^{2} L_m / (2 J L_r)$, and the load enters as
+$n_p T_l / J$.
+"""
+            ),
+            tag("h3", "The same machine in other circuit forms"),
+            _forms(machine),
+        ]
+    )
+    return Chapter("machine", "The machine", body)
+
+
+def _forms(machine: InductionMachine) -> object:
+    written = {"R_s": "R_s", "R_R": "R_R", "L_sgm": r"L_{\sigma}", "L_M": "L_M", "R_r": "R_r'", "L_s": "L_s", "L_ell": r"L_{\ell}"}
+    rows = []
+    for name, form in (("inverse-Γ (all leakage on the stator side)", machine.inverse_gamma()),
+                       ("Γ (all leakage on the rotor side)", machine.gamma_form())):
+        values = ", ".join(f"${written[key]} = {value:.5g}\\;{_si(key)}$" for key, value in form.items())
+        rows.append((name, values))
+    return table(("form", "parameters"), rows)
+
+
+def _si(name: str) -> str:
+    return r"\Omega" if name.startswith("R") else r"\mathrm{H}"
