@@ -1,5 +1,9 @@
 """The two ways in which a command ends early: the user's input was wrong, or a simulation left the finite numbers."""
 
+from __future__ import annotations
+
+from typing import Any
+
 
 class InputError(ValueError):
     """Input that cannot be used. The text names the thing, its value, the bound, where it was read, and the fix.
@@ -18,10 +22,13 @@ class Diverged(ArithmeticError):
     time : float
         Time of the first sample that was not finite or out of bounds, in s.
     state : dict of str to float
-        The last state within bounds, by name.
+        The last recorded state within bounds, by name.
+    data : xarray.Dataset or None
+        The run so far.
     """
 
-    def __init__(self, message: str, time: float, state: dict[str, float]) -> None:
+    def __init__(self, message: str, time: float, state: dict[str, float], data: Any = None) -> None:
         super().__init__(message)
         self.time = time
         self.state = state
+        self.data = data

@@ -6,7 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from imo_analysis.equations import adaptive, baseline, luenberger, repaired, transformation
+from imo_analysis.equations import adaptive, baseline, luenberger, repaired
+from imo_analysis.equations.transformation import from_z, reconstructed_flux
 
 _FULL = ("i_ds_hat", "i_qs_hat", "z_1_hat", "z_2_hat", "xi_1_hat", "xi_2_hat", "alpha_hat", "omega_hat")
 _GAINS = ("k_1", "k_2", "k_3", "g", "K_p", "alpha_l", "delta")
@@ -14,11 +15,11 @@ PARAMETERS = ("R_s", "L_m", "sigma", "beta", "alpha")
 
 
 def _flux_adaptive(x: Any, i: Any, beta: Any) -> Any:
-    return transformation.reconstructed_flux(i[0], i[1], x[2], x[3], x[4], x[5], x[6], x[7], beta)
+    return reconstructed_flux(i[0], i[1], x[2], x[3], x[4], x[5], x[6], x[7], beta)
 
 
 def _flux_luenberger(x: Any, i: Any, beta: Any) -> Any:
-    return transformation.from_z(x[0], x[1], x[2], x[3], beta)
+    return from_z(x[0], x[1], x[2], x[3], beta)
 
 
 def _flux_baseline(x: Any, i: Any, beta: Any) -> Any:

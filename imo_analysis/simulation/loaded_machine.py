@@ -1,0 +1,13 @@
+"""The machine on its shaft: the plant (1) in the stationary frame with load torque and viscous friction."""
+
+from imo_analysis.equations.plant import plant
+
+
+def machine_rates(x, u, T_l, p, B):
+    """Rates of ``(i_ds, i_qs, phi_dr, phi_qr, omega)``; the shaft carries ``T_l + B omega_m``."""
+    return plant(x, u, 0.0, T_l + B * x[4] / p[6], p)
+
+
+def direction_of(omega):
+    """The direction of rotation that an observer is told: +1 from standstill on, -1 below."""
+    return 1.0 if omega >= 0 else -1.0

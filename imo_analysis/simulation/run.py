@@ -1,0 +1,189 @@
+"""A study run in time: the labelled data set of machine, drive and observers."""
+
+from __future__ import annotations
+
+import json
+import math
+import platform
+from collections.abc import Callable
+from importlib.metadata import version
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from imo_analysis.equations.catalogue import OBSERVERS
+from imo_analysis.equations.plant import torque
+from imo_analysis.errors import Diverged
+from imo_analysis.notation import symbol
+from imo_analysis.simulation.inputs import Array, inputs
+from imo_analysis.simulation.kernel import PLANT_STATES, Loop, kernel
+from imo_analysis.study import Study
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+SCHEMA = "imo-run/1"
+# A state whose sizes add up to more than this, in SI units, has left what any machine can do.
+BOUND = 1e6
+# Below this share of the flux reference the drive takes the flux for too small to divide by.
+FLUX_FLOOR = 0.05
+ESTIMATES = (
+    "i_ds_hat", "i_qs_hat", "z_1_hat", "z_2_hat", "xi_1_hat", "xi_2_hat", "alpha_hat", "omega_hat", "phi_dr_hat", "phi_qr_hat",
+)
+# Samples between two looks at the keyboard and the progress bar.
+_STRETCH = 50_000
+
+
+def simulate(study: Study, progress: Callable[[int], None] | None = None) -> xr.Dataset:
+    """Run a study.
+
+    All observers run side by side on the same machine; none changes what another computes, to the bit.
+
+    Parameters
+    ----------
+    study : Study
+        What to run.
+    progress : callable, optional
+        Called with the number of samples done since the last call.
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimensions ``time`` (s) and ``observer``. The true machine ``i_ds i_qs phi_dr phi_qr omega torque``, the applied
+        ``u_ds u_qs`` and ``T_l``, ``omega_ref``, the measured ``i_ds_meas i_qs_meas``, and for each observer the `ESTIMATES`,
+        NaN where it has none. A record is the state at its time, with the voltage that is applied from then on.
+
+    Raises
+    ------
+    Diverged
+        When the machine or an observer leaves `BOUND`. Its ``data`` is the run so far: records after the machine was lost are
+        left out, those of an observer that was lost are NaN.
+    """
+    order = _order(study)
+    loop = Loop(tuple(study.observers[name].kind for name in order), study.drive.feedback != "measured")
+    out, outside, lost = _run(study, order, loop, progress)
+    data = _dataset(study, order, loop, out, outside, lost)
+    if (lost >= 0).any():
+        raise _diverged(study, order, data, lost)
+    return data
+
+
+def _order(study: Study) -> list[str]:
+    """The observers by name, the one that the drive listens to first."""
+    return sorted(study.observers, key=lambda name: name != study.drive.feedback)
+
+
+def drive_parameters(study: Study) -> tuple[float, ...]:
+    """The tuple ``d`` of `simulation.drive`."""
+    drive = study.drive
+    return (study.simulation.sample_time, drive.current_bandwidth, drive.flux_bandwidth, drive.speed_bandwidth,
+            drive.voltage_limit, drive.current_limit, FLUX_FLOOR * drive.flux)
+
+
+def initial_state(study: Study) -> tuple[Array, Array]:
+    """States of machine and drive at time 0; the drive's own flux starts at the machine's."""
+    x = np.array([getattr(study.initial, name) for name in PLANT_STATES])
+    return x, np.array([0.0, 0.0, 0.0, x[2], x[3], x[0], x[1]])
+
+
+def _run(
+    study: Study, order: list[str], loop: Loop, progress: Callable[[int], None] | None
+) -> tuple[Array, Array, Any]:
+    """Records, the rows ``omega_ref`` and ``T_l`` at them, and what was lost when."""
+    simulation, sensors = study.simulation, study.sensors
+    every = simulation.record_every
+    run = kernel(loop)
+    x, c = initial_state(study)
+    each: list[Any] = []
+    for name in order:
+        settings = study.observers[name]
+        each += [np.array(settings.initial_values), study.observer_machine(name).observer_parameters, settings.gain_values]
+    sensor = (*sensors.current_gain, *sensors.current_offset, 1.0 if sensors.sampling == "sampled" else 0.0)
+    records = math.ceil(simulation.samples / every)
+    out = np.empty((records, len(loop.columns)))
+    outside = np.empty((2, records))
+    lost = np.full(1 + len(order), -1)
+    stretch = math.ceil(_STRETCH / every) * every
+    for start in range(0, simulation.samples, stretch):
+        samples = min(stretch, simulation.samples - start)
+        given = inputs(study, start, samples)
+        row = start // every
+        outside[:, row : row + math.ceil(samples / every)] = given[[0, 2], ::every]
+        done = run(start, samples, every, simulation.sample_time, simulation.substeps, BOUND, x, c, given, sensor,
+                   study.machine.plant_parameters, study.machine.B, drive_parameters(study), out[row:], lost, *each)
+        if progress:
+            progress(done)
+        if done < samples:
+            records = math.ceil((start + done) / every)
+            break
+    return out[:records], outside[:, :records], lost
+
+
+def _dataset(study: Study, order: list[str], loop: Loop, out: Array, outside: Array, lost: Any) -> xr.Dataset:
+    import xarray as xr
+
+    names = list(study.observers)
+    columns = {name: np.ascontiguousarray(out[:, n]) for n, name in enumerate(loop.columns)}
+    machine = study.machine
+    number = np.arange(len(out)) * study.simulation.record_every
+    data = {name: ("time", columns[name], _attributes(name)) for name in (*PLANT_STATES, "u_ds", "u_qs")}
+    state = tuple(columns[name] for name in PLANT_STATES)
+    data["torque"] = ("time", torque(state, machine.n_p, machine.L_m, machine.L_r), _attributes("torque"))
+    data["T_l"] = ("time", outside[1], _attributes("T_l"))
+    data["omega_ref"] = ("time", outside[0], {**_attributes("omega"), "long_name": "reference of the rotor speed, electrical",
+                                              "latex": r"\omega^*"})
+    seen = (columns["i_ds_meas"], columns["i_qs_meas"])
+    for axis, values in zip("dq", seen, strict=True):
+        data[f"i_{axis}s_meas"] = ("time", values, {"units": "A", "long_name": f"stator current, {axis} axis, as measured",
+                                                    "latex": rf"i_{{{axis}s}}^{{meas}}"})
+    estimates = {name: np.full((len(names), len(out)), np.nan) for name in ESTIMATES}
+    for n, name in enumerate(order):
+        observer = OBSERVERS[study.observers[name].kind]
+        place = names.index(name)
+        x_hat = tuple(columns[f"{state_name}@{n}"] for state_name in observer.states)
+        if lost[n + 1] >= 0:
+            for values in x_hat:
+                values[number >= lost[n + 1]] = np.nan
+        for state_name, values in zip(observer.states, x_hat, strict=True):
+            estimates[state_name][place] = values
+        with np.errstate(divide="ignore", invalid="ignore"):
+            flux = observer.flux(x_hat, seen, study.observer_machine(name).beta)
+        estimates["phi_dr_hat"][place], estimates["phi_qr_hat"][place] = flux
+    dataset = xr.Dataset(
+        {**data, **{name: (("observer", "time"), values, _attributes(name)) for name, values in estimates.items()}},
+        coords={"time": ("time", number * study.simulation.sample_time, _attributes("t", units="s")),
+                "observer": ("observer", np.array(names, dtype=str) if names else np.array([], dtype="<U1"))},
+        attrs=provenance(study),
+    )
+    return dataset
+
+
+def provenance(study: Study) -> dict[str, Any]:
+    """Attributes of every result: schema, study, its hash, package versions, seed."""
+    versions = {name: version(name) for name in ("imo-analysis", "numpy", "numba", "llvmlite")}
+    versions["python"] = platform.python_version()
+    return {"schema": SCHEMA, "title": study.title, "study": study.to_toml(), "study_sha256": study.sha256,
+            "versions": json.dumps(versions), "seed": study.simulation.seed}
+
+
+def _attributes(name: str, units: str | None = None) -> dict[str, str]:
+    entry = symbol(name)
+    return {"units": units or entry.unit, "long_name": entry.meaning, "latex": entry.latex}
+
+
+def _diverged(study: Study, order: list[str], data: xr.Dataset, lost: Any) -> Diverged:
+    """The fault that names who was lost, when, and the last state on record."""
+    who = ["the machine", *(f"observer {name}" for name in order)]
+    T = study.simulation.sample_time
+    found = sorted((int(sample), n) for n, sample in enumerate(lost) if sample >= 0)
+    texts = [f"{who[n]} diverged at t = {sample * T:.6g} s" for sample, n in found]
+    sample, n = found[0]
+    states = PLANT_STATES if n == 0 else OBSERVERS[study.observers[order[n - 1]].kind].states
+    row = math.ceil(sample / study.simulation.record_every) - 1
+    last: dict[str, float] = {}
+    if row >= 0:
+        source = data if n == 0 else data.sel(observer=order[n - 1])
+        last = {name: float(source[name][row]) for name in states}
+        values = ", ".join(f"{name} = {value:.6g} {symbol(name).unit}".removesuffix(" 1") for name, value in last.items())
+        texts.append(f"the last state on record, at t = {float(data.time[row]):.6g} s, was {values}")
+    return Diverged("; ".join(texts), sample * T, last, data)
