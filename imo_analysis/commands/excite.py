@@ -1,0 +1,87 @@
+"""``imo excite``: persistence of excitation along a run."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from imo_analysis.errors import InputError
+
+DESCRIPTION = """Gram matrices of the regressor of (19) over sliding windows of a run: eigenvalues, rank, the directions that
+are lost and when, for the printed 6x6 condition, the same with the sign of (12), and the reduced 4x4 one."""
+EXAMPLE = "  imo excite run.nc --window 0.5 --plot excitation.svg"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The options."""
+    parser.add_argument("run", help="run file (.nc, .csv, .parquet)")
+    parser.add_argument("--window", type=float, metavar="S", help="length T of the window in s (default: the study's, or 0.1)")
+    parser.add_argument("--every", type=float, metavar="S", help="step of the window in s (default: a fifth of the window)")
+    parser.add_argument("--observer", action="append", metavar="NAME",
+                        help="observer, or 'plant' for the motion itself; repeat for more (default: all adaptive ones)")
+    parser.add_argument("--values", choices=("true", "estimated"), default="true", help="alpha and omega that stand in B*")
+    parser.add_argument("--si", action="store_true", help="no scaling: errors in A, 1/s and rad/s")
+    parser.add_argument("--scale", nargs=2, type=float, metavar=("A", "1/S"), help="count currents and rates in these units")
+    parser.add_argument("--threshold", type=float, default=1e-4, metavar="X",
+                        help="an eigenvalue below X times the largest is lost (default 1e-4)")
+    parser.add_argument("--plot", metavar="FILE", help="write the eigenvalues over time as SVG (of the first observer)")
+    parser.add_argument("--out", metavar="FILE", help="write eigenvalues, vectors and instants as NetCDF")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Compute, print the verdicts and write what was asked for."""
+    from imo_analysis.commands.output import emit_json, say
+    from imo_analysis.excitation import signals, words
+    from imo_analysis.excitation.conditions import NO_SCALE, Scale
+    from imo_analysis.excitation.trajectory import excitation
+
+    if args.si and args.scale:
+        raise InputError("--si and --scale exclude each other; drop one")
+    scale = NO_SCALE if args.si else None
+    if args.scale:
+        if min(args.scale) <= 0:
+            raise InputError(f"--scale {args.scale[0]:g} {args.scale[1]:g}: both must be above 0")
+        scale = Scale(*args.scale)
+    results = []
+    with signals.open_file(args.run) as source:
+        observers = args.observer or signals.adaptive_observers(source) or [signals.PLANT]
+        window, every = _window(args, source.attributes)
+        for name in observers:
+            chosen = signals.select(source, name, args.values)
+            results.append(excitation(chosen, window, every=every, scale=scale, threshold=args.threshold))
+    for result in results:
+        say(args, words.verdict(result))
+    scaling = results[0].attrs["scaling"]
+    say(args, f"A direction is lost where its eigenvalue is below {args.threshold:g} of the largest; {scaling}.")
+    _write(args, results, observers)
+    emit_json(args, "imo-excitation/1", {"run": args.run, "observers": [words.summary(result) for result in results]})
+    return 0
+
+
+def _window(args: argparse.Namespace, attributes: Any) -> tuple[float, float | None]:
+    """The window: the command's, else the one of the study in the run, else 0.1 s."""
+    if args.window is not None:
+        return args.window, args.every
+    import tomllib
+
+    try:
+        table = tomllib.loads(attributes.get("study", "")).get("excitation", {})
+        return float(table.get("window", 0.1)), args.every or table.get("every")
+    except (tomllib.TOMLDecodeError, TypeError, ValueError, AttributeError):
+        return 0.1, args.every
+
+
+def _write(args: argparse.Namespace, results: list[Any], observers: list[str]) -> None:
+    from imo_analysis.commands.output import say
+
+    if args.plot:
+        from imo_analysis.excitation.figures import plot_excitation
+        from imo_analysis.report.style import save_svg
+
+        save_svg(plot_excitation(results[0]), args.plot)
+        say(args, f"wrote {args.plot}")
+    if args.out:
+        from imo_analysis.excitation.trajectory import save
+
+        save(dict(zip(observers, results, strict=True)), args.out)
+        say(args, f"wrote {args.out}")

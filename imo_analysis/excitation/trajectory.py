@@ -1,0 +1,284 @@
+"""The condition (19) and the reduced one along a run: eigenvalues over time, rank, lost directions, level and instants.
+
+The mean Gram matrix (1/T) int B^T B dt over a window [t, t + T] is taken by the rectangle rule on the samples. Columns are
+scaled so that every error is a pure number of like size (`Scale`): a window's eigenvalues are then fractions of the strongest
+excitation, and a direction counts as lost when its eigenvalue is below ``threshold`` times the largest.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from imo_analysis.errors import InputError
+from imo_analysis.excitation.conditions import BLOCK_SAMPLES, CONDITIONS, Condition, Scale, natural_scale
+from imo_analysis.excitation.gram import SlidingSum, cell_grams, full
+from imo_analysis.excitation.signals import Signals
+
+Array = NDArray[np.float64]
+CELLS_PER_WINDOW = 5
+MAX_ROWS = 4000
+MAX_INSTANTS = 1000
+THRESHOLD = 1e-4
+
+
+@dataclass
+class _Track:
+    """What is kept of one condition while its windows pass by, in memory that does not grow with the run."""
+
+    condition: Condition
+    factor: Array
+    samples: int
+    keep: int
+    threshold: float
+    rows: list[tuple[Array, Array, Array]] = field(default_factory=list)
+    instants: list[tuple[float, bool]] = field(default_factory=list)
+    transitions: int = 0
+    windows: int = 0
+    holding: int = 0
+    undefined: int = 0
+    lowest: float = math.inf
+    _state: bool | None = None
+
+    def mean_grams(self, packed: Array, samples: int) -> Array:
+        return full(packed, len(self.factor)) * np.outer(self.factor, self.factor) / samples
+
+    def take(self, packed: Array, end: NDArray[Any]) -> None:
+        """Take windows in order; ``end`` has their last instants in s."""
+        values, vectors = eigen(self.mean_grams(packed, self.samples))
+        lowest, largest = values[:, 0], values[:, -1]
+        defined: NDArray[np.bool_] = np.isfinite(lowest)
+        holds: NDArray[np.bool_] = np.logical_and(defined, lowest > self.threshold * largest)
+        self.windows += len(end)
+        self.holding += int(holds.sum())
+        self.undefined += int((~defined).sum())
+        if defined.any():
+            self.lowest = min(self.lowest, float(lowest[defined].min()))
+        self._mark(holds, end)
+        self._thin(values, vectors, end)
+
+    def _mark(self, holds: NDArray[np.bool_], end: Array) -> None:
+        for at in np.flatnonzero(_changes(holds, self._state)):
+            self.transitions += 1
+            if len(self.instants) < MAX_INSTANTS:
+                self.instants.append((float(end[at]), bool(holds[at])))
+        self._state = bool(holds[-1])
+
+    def _thin(self, values: Array, vectors: Array, end: Array) -> None:
+        """Keep the worst of every ``keep`` windows, a window without a value being the worst of all."""
+        if self.keep == 1:
+            self.rows.append((end, values, vectors))
+            return
+        for begin in range(0, len(end), self.keep):
+            part = slice(begin, begin + self.keep)
+            worst = begin + int(np.argmin(np.nan_to_num(values[part, 0], nan=-np.inf)))
+            self.rows.append((end[part][-1:], values[worst : worst + 1], vectors[worst : worst + 1]))
+
+
+def _changes(holds: NDArray[np.bool_], before: bool | None) -> NDArray[np.bool_]:
+    first = holds[:1] if before is None else np.array([before])
+    return holds != np.concatenate([first, holds[:-1]])
+
+
+def eigen(grams: Array) -> tuple[Array, Array]:
+    """Eigenvalues, ascending, never below 0, and eigenvectors of a stack of Gram matrices; NaN where a matrix has NaN."""
+    defined = np.asarray(np.isfinite(grams).all(axis=(-2, -1)))
+    values, vectors = np.linalg.eigh(np.where(defined[:, None, None], grams, 0.0))
+    values = np.where(defined[:, None], np.maximum(values, 0.0), np.nan)
+    return values, np.where(defined[:, None, None], vectors, np.nan)
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Cells and windows in samples."""
+
+    cell: int
+    cells_per_window: int
+
+    @property
+    def window(self) -> int:
+        """Samples in a window."""
+        return self.cell * self.cells_per_window
+
+
+def grid(signals: Signals, window: float, every: float | None) -> Grid:
+    """The window and its step in whole samples.
+
+    Raises
+    ------
+    InputError
+        If the window is not positive or is longer than the run, or the step is longer than the window.
+    """
+    if not (math.isfinite(window) and window > 0):
+        raise InputError(f"window = {window} s must be above 0 s")
+    if every is not None and not (math.isfinite(every) and 0 < every <= window):
+        raise InputError(f"every = {every} s must be above 0 s and at most the window, {window:g} s, or samples are skipped")
+    wanted = window / signals.step
+    cell = max(1, round(wanted / CELLS_PER_WINDOW if every is None else every / signals.step))
+    result = Grid(cell, max(1, round(wanted / cell)))
+    if result.window > signals.samples:
+        run = signals.samples * signals.step
+        raise InputError(f"window = {window:g} s must be at most the run's {run:g} s; take a shorter window or a longer run")
+    return result
+
+
+def excitation(
+    signals: Signals,
+    window: float = 0.1,
+    *,
+    every: float | None = None,
+    conditions: Sequence[str] = tuple(CONDITIONS),
+    scale: Scale | None = None,
+    threshold: float = THRESHOLD,
+    max_rows: int = MAX_ROWS,
+) -> xr.Dataset:
+    """Gram matrices over sliding windows of one observer's signals.
+
+    Parameters
+    ----------
+    signals : Signals
+        From `imo_analysis.excitation.signals.select`.
+    window : float
+        Length T of the window in s; rounded to whole cells of samples.
+    every : float, optional
+        Step of the window in s; a fifth of the window if not given.
+    conditions : sequence of str
+        Names in `CONDITIONS`.
+    scale : Scale, optional
+        Units of the errors; `natural_scale` if not given, `NO_SCALE` for plain SI.
+    threshold : float
+        An eigenvalue below this fraction of the largest counts as lost.
+    max_rows : int
+        About how many windows are kept; of neighbours the worst. Counts, levels and instants use all of them.
+
+    Returns
+    -------
+    xarray.Dataset
+        Per condition C: ``C_eigenvalue`` (time, C_mode), ascending; ``C_vector`` (time, C_state, C_mode); ``C_rank``,
+        ``C_condition``, ``C_holds`` (time); ``C_level`` over ``C_level_window``, the smallest eigenvalue over all windows of
+        that length; ``C_instant``, ``C_appears``. ``time`` is the end of the window, in s.
+
+    Raises
+    ------
+    InputError
+        See `grid` and `natural_scale`.
+    """
+    unknown = [name for name in conditions if name not in CONDITIONS]
+    if unknown or not conditions:
+        raise InputError(f"condition {', '.join(unknown) or '(none)'} is not known; choose of: {', '.join(CONDITIONS)}")
+    if not 0 < threshold < 1:
+        raise InputError(f"threshold = {threshold} must lie between 0 and 1")
+    shape = grid(signals, window, every)
+    scale = scale or natural_scale(signals)
+    windows = (signals.samples // shape.cell) - shape.cells_per_window + 1
+    keep = max(1, -(-windows // max_rows))
+    longer = [n for n in (3, 10, 30, 100, 300, 1000) if n * shape.window < signals.samples]
+    tracks: dict[str, tuple[SlidingSum, _Track]] = {}
+    levels: dict[str, dict[int, list[Any]]] = {}
+    totals: dict[str, list[Any]] = {}
+    for name in conditions:
+        condition = CONDITIONS[name]
+        width = len(condition.states) * (len(condition.states) + 1) // 2
+        tracks[name] = (SlidingSum(shape.cells_per_window, width),
+                        _Track(condition, scale.of(condition), shape.window, keep, threshold))
+        levels[name] = {n: [SlidingSum(shape.cells_per_window, width, n), math.inf] for n in longer}
+        totals[name] = [np.zeros(width), 0]
+    for block in signals.blocks(max(1, BLOCK_SAMPLES // shape.cell) * shape.cell):
+        for name, (sliding, track) in tracks.items():
+            rows = track.condition.of(block, signals.machine)
+            cells = cell_grams(rows, shape.cell, len(block.omega))
+            _add_total(totals[name], cells)
+            sums = sliding.push(cells)
+            if len(sums):
+                done = track.windows + np.arange(len(sums))
+                track.take(sums, signals.start + signals.step * shape.cell * (done + shape.cells_per_window))
+            for n, entry in levels[name].items():
+                entry[1] = min(entry[1], _lowest(track.mean_grams(entry[0].push(cells), n * shape.window)))
+    result = xr.Dataset(attrs={
+        "schema": "imo-excitation/1", "observer": signals.observer, "values": signals.values,
+        "window": shape.window * signals.step, "every": shape.cell * signals.step, "threshold": threshold,
+        "scale_current": scale.current, "scale_rate": scale.rate, "scaling": scale.describe(),
+        "samples": signals.samples, "kept_of": keep,
+    })
+    for name, (_, track) in tracks.items():
+        total, cells_used = totals[name]
+        whole = _lowest(track.mean_grams(total[None], max(1, cells_used * shape.cell)))
+        level = {shape.window * signals.step: track.lowest}
+        level.update({n * shape.window * signals.step: entry[1] for n, entry in levels[name].items()})
+        level[signals.samples * signals.step] = whole
+        result = result.merge(_labelled(track, level), combine_attrs="override")
+    return result
+
+
+def _add_total(total: list[Any], cells: Array) -> None:
+    """Add the cells without NaN."""
+    good = np.isfinite(cells).all(axis=1)
+    total[0] = total[0] + cells[good].sum(axis=0)
+    total[1] += int(good.sum())
+
+
+def _lowest(grams: Array) -> float:
+    """The smallest eigenvalue of a stack, those with NaN left out; infinity for none."""
+    values = eigen(grams)[0][:, 0] if len(grams) else np.empty(0)
+    values = values[np.isfinite(values)]
+    return float(values.min()) if len(values) else math.inf
+
+
+def _labelled(track: _Track, level: dict[float, float]) -> xr.Dataset:
+    name = track.condition.name
+    end, values, vectors = (np.concatenate(part) for part in zip(*track.rows, strict=True))
+    largest = values[:, -1]
+    seen = values > track.threshold * largest[:, None]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        condition_number = np.where(largest > 0, largest / values[:, 0], np.inf)
+    time, mode = "time", f"{name}_mode"
+    data = xr.Dataset(
+        {
+            f"{name}_eigenvalue": ((time, mode), values),
+            f"{name}_vector": ((time, f"{name}_state", mode), vectors),
+            f"{name}_rank": (time, np.where(np.isfinite(largest), seen.sum(axis=1), -1)),
+            f"{name}_condition": (time, np.where(np.isfinite(largest), condition_number, np.nan)),
+            f"{name}_holds": (time, seen.all(axis=1)),
+            f"{name}_level": (f"{name}_level_window", np.array([v if math.isfinite(v) else np.nan for v in level.values()])),
+            f"{name}_appears": (f"{name}_instant", np.array([a for _, a in track.instants], dtype=bool)),
+        },
+        coords={
+            time: end, mode: np.arange(1, values.shape[1] + 1), f"{name}_state": list(track.condition.states),
+            f"{name}_level_window": list(level), f"{name}_instant": np.array([t for t, _ in track.instants], dtype=float),
+            f"{name}_factor": (f"{name}_state", track.factor),
+        },
+    )
+    notes = {
+        f"{name}_eigenvalue": ("1", "eigenvalues of the scaled mean Gram matrix, ascending"),
+        f"{name}_vector": ("1", "eigenvectors in scaled errors"),
+        f"{name}_rank": ("1", "effective rank; -1 where a window holds NaN"),
+        f"{name}_condition": ("1", "largest over smallest eigenvalue"),
+        f"{name}_holds": ("1", "whether no direction is lost"),
+        f"{name}_level": ("1", "smallest eigenvalue over all windows of a length: m of the condition, divided by T"),
+        f"{name}_appears": ("1", "whether excitation appears (or disappears) at the instant"),
+        "time": ("s", "end of the window, of the last one where several are represented by their worst"),
+        f"{name}_level_window": ("s", "length of the window"),
+        f"{name}_instant": ("s", "end of the first window in which the condition holds, or no longer holds"),
+        f"{name}_factor": ("1/A or s/1", "factor of each column"),
+    }
+    for variable, (unit, meaning) in notes.items():
+        data[variable].attrs.update(units=unit, long_name=meaning)
+    data[f"{name}_holds"].attrs.update(windows=track.windows, holding=track.holding, undefined=track.undefined,
+                                       transitions=track.transitions)
+    return data
+
+
+def save(results: dict[str, xr.Dataset], path: str) -> None:
+    """Write results as NetCDF: one alone at the root, several as groups under their observers' names."""
+    from imo_analysis.files import replacing
+
+    with replacing(path) as beside:
+        for number, (name, result) in enumerate(results.items()):
+            result.to_netcdf(beside, mode="w" if number == 0 else "a", engine="h5netcdf",
+                             group=name if len(results) > 1 else None)
