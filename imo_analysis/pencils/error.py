@@ -78,7 +78,8 @@ def gain_values(name: str, gains: Gains, needed: Sequence[str] | None = None) ->
     observer = known_observer(name)
     if not isinstance(gains, Mapping):
         if len(gains) != len(observer.gains):
-            raise InputError(f"gains of {name} must be {len(observer.gains)} numbers ({', '.join(observer.gains)}), not {len(gains)}")
+            wanted = ", ".join(observer.gains)
+            raise InputError(f"gains of {name} must be {len(observer.gains)} numbers ({wanted}), not {len(gains)}")
         gains = dict(zip(observer.gains, gains, strict=True))
     for gain, value in gains.items():
         if gain not in observer.gains:
@@ -92,7 +93,11 @@ def gain_values(name: str, gains: Gains, needed: Sequence[str] | None = None) ->
 
 
 def arguments(
-    derived: Jacobian, machine: InductionMachine, gains: Gains, point: OperatingPoint, overrides: Mapping[str, Any] | None = None
+    derived: Jacobian,
+    machine: InductionMachine,
+    gains: Gains,
+    point: OperatingPoint,
+    overrides: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
     """Every number that a Jacobian needs, by name. ``overrides`` replaces parameters or gains, also by arrays.
 

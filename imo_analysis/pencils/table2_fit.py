@@ -1,0 +1,126 @@
+"""Table II explained, exactly: the one complex quadratic behind its 24 numbers, and which constants the rounding allows.
+
+Findings, all recomputed by the functions here in rational arithmetic:
+
+* Each printed pair at omega_hat sums to ``-a + j omega_hat`` with the same a for both columns and all speeds.
+* The product of each pair is ``b - j c omega_hat + d omega_hat^2`` in the proposed column and
+  ``b - j c omega_hat + d |omega_hat|`` in the baseline column, with the same b, c, d. So with four real constants
+
+      s^2 + (a - j omega_hat) s + b - j c omega_hat + d (omega_hat^2 or |omega_hat|) = 0
+
+  gives all 24 printed numbers to the last digit, and the columns differ in that one factor omega_hat: d = 50 fits, and the
+  proposed column is what a z feedback k_2 omega_hat with k_2 = 50 gives, the baseline column what k_2 alone gives.
+  So the column called baseline is not an observer of the form (2)-(4) with constant gains (`table2_proofs` has the proof).
+* The printed quadratic belongs to the error dynamics ``i~' = (-a + j omega) i~ + alpha xi~ - j omega z~``,
+  ``xi~' = -(b / alpha) i~``, ``z~' = -(c + j d omega) i~`` (z~' = -(c + j d) i~ for the baseline column). In (8) as expanded
+  c is 0. Where (8) is read as the matrix equation A(omega_hat) x_hat + L (y - y_hat), with estimates in every place,
+  c is R_s/sigma, b is alpha (R_s/sigma + k_3) and a is R_s/sigma + alpha (1 + beta L_m) + k_1.
+* c = 254.6 /s is not Table III's R_s/sigma = 139.47 /s. With that reading R_s/sigma is the only machine quantity that the
+  table determines; alpha, beta L_m, k_1 and k_3 enter as two sums and cannot be told apart.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from functools import cache
+
+from imo_analysis.errors import InputError
+from imo_analysis.pencils.interval import Interval, meet_all, square_root
+
+# speed in rad/s -> (fast pair, slow pair) as (real part, imaginary part), the member of each pair for which the two add up to
+# -a + j omega_hat. The text prints both baseline values of a pair at 100 rad/s with a minus; a real system has both signs.
+PRINTED: dict[str, dict[int, tuple[tuple[str, str], tuple[str, str]]]] = {
+    "proposed": {
+        30: (("-347.97", "13.97"), ("-147.42", "16.03")),
+        60: (("-247.11", "384.43"), ("-248.28", "-324.43")),
+        100: (("-247.18", "718.75"), ("-248.21", "-618.75")),
+    },
+    "baseline": {
+        30: (("-479.11", "14.55"), ("-16.28", "15.45")),
+        60: (("-474.37", "29.09"), ("-21.03", "30.91")),
+        100: (("-466.28", "48.42"), ("-29.11", "51.58")),
+    },
+}
+SPEEDS = (30, 60, 100)
+COLUMNS = ("proposed", "baseline")
+
+# One quadratic of many that gives all 24 numbers: a, c in 1/s, b in 1/s^2, d. `mismatches` proves it; d = 50 is k_2 = 50.
+WITNESS = (Fraction("495.3915"), Fraction("6074.7"), Fraction("254.585"), Fraction(50))
+
+
+def scheduled(column: str, omega: int) -> int:
+    """The factor of d in a column: omega^2 (proposed) or abs(omega) (baseline)."""
+    if column not in COLUMNS:
+        raise InputError(f"column = {column!r} must be one of: {', '.join(COLUMNS)}")
+    return omega * omega if column == "proposed" else abs(omega)
+
+
+@cache
+def sum_interval() -> Interval:
+    """The interval of a that every pair's real parts allow. Each pair's imaginary parts are checked to add up to omega_hat."""
+    intervals = []
+    for column in COLUMNS:
+        for omega, (fast, slow) in PRINTED[column].items():
+            intervals.append(-(Interval.printed(fast[0]) + Interval.printed(slow[0])))
+            if not (Interval.printed(fast[1]) + Interval.printed(slow[1])).holds(omega):
+                raise AssertionError(f"{column} at {omega} rad/s: the imaginary parts do not add up to the speed")
+    a = meet_all(intervals)
+    if a is None:
+        raise AssertionError("the sums of the printed pairs share no constant")
+    return a
+
+
+@cache
+def product(column: str, omega: int) -> tuple[Interval, Interval]:
+    """Real and imaginary part of the product of a pair, enclosed, with the sum of the pair used to tighten the rounding."""
+    (fast_re, fast_im), (slow_re, slow_im) = PRINTED[column][omega]
+    a = sum_interval()
+    x_1 = _both(Interval.printed(fast_re), -a - Interval.printed(slow_re))
+    y_1 = _both(Interval.printed(fast_im), Interval.of(omega) - Interval.printed(slow_im))
+    x_2 = _both(Interval.printed(slow_re), -a - Interval.printed(fast_re))
+    y_2 = _both(Interval.printed(slow_im), Interval.of(omega) - Interval.printed(fast_im))
+    return x_1 * x_2 - y_1 * y_2, x_1 * y_2 + x_2 * y_1
+
+
+def _both(one: Interval, other: Interval) -> Interval:
+    both = one.meet(other)
+    if both is None:
+        raise AssertionError(f"{one} and {other} share nothing")
+    return both
+
+
+def roots(a: Fraction, b: Fraction, c: Fraction, d: Fraction, column: str, omega: int) -> list[tuple[Interval, Interval]]:
+    """Both roots of the quadratic, faster decay first, each as rational intervals for real and imaginary part, width 1e-39."""
+    product_re, product_im = b + d * scheduled(column, omega), -c * omega
+    delta_re, delta_im = a * a - omega * omega - 4 * product_re, -2 * a * omega - 4 * product_im
+    modulus = square_root(delta_re * delta_re + delta_im * delta_im)
+    x = _root_of((modulus + delta_re) * Fraction(1, 2))
+    y = _root_of((modulus - delta_re) * Fraction(1, 2))
+    if delta_im < 0:
+        y = -y
+    low = ((-x - a) * Fraction(1, 2), (-y + omega) * Fraction(1, 2))
+    high = ((x - a) * Fraction(1, 2), (y + omega) * Fraction(1, 2))
+    return [low, high]
+
+
+def _root_of(interval: Interval) -> Interval:
+    return Interval(square_root(max(interval.low, Fraction(0))).low, square_root(interval.high).high)
+
+
+def mismatches(a: Fraction, b: Fraction, c: Fraction, d: Fraction) -> list[str]:
+    """Which of the 24 printed numbers the quadratic does not give to the printed digit. Proven, not floating point."""
+    wrong = []
+    for column in COLUMNS:
+        for omega, pair in PRINTED[column].items():
+            computed = roots(a, b, c, d, column, omega)
+            ordered = computed if _matches(computed[0][0], pair[0][0]) else computed[::-1]
+            for (re, im), (re_text, im_text) in zip(ordered, pair, strict=True):
+                for value, text in ((re, re_text), (im, im_text)):
+                    if not _matches(value, text):
+                        wrong.append(f"{column} {omega} rad/s: printed {text}, quadratic gives {float(value.low):.4f}")
+    return wrong
+
+
+def _matches(value: Interval, text: str) -> bool:
+    allowed = Interval.printed(text)
+    return allowed.low <= value.low and value.high <= allowed.high
