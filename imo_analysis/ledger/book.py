@@ -12,6 +12,9 @@ from imo_analysis.ledger.claims import MODULES
 from imo_analysis.ledger.kernels import NAMES, kernel
 from imo_analysis.ledger.settle import settle
 
+SUBJECTS = ("kubota",)  # modules of ledger/subjects/
+
+
 @cache
 def claims() -> tuple[Claim, ...]:
     """Every claim of the paper, in its order.
@@ -33,6 +36,21 @@ def checked(found: Iterable[Claim]) -> tuple[Claim, ...]:
         if ids.count(name) > 1:
             raise InputError(f"claim id {name!r} is used twice; ids are unique")
     return found
+
+
+def subject(name: str = "paper") -> tuple[Claim, ...]:
+    """The claims of a subject: the paper, or another audit shipped as an example.
+
+    Raises
+    ------
+    InputError
+        If there is no such subject.
+    """
+    if name == "paper":
+        return claims()
+    if name not in SUBJECTS:
+        raise InputError(f"subject {name!r}: there are paper, {', '.join(SUBJECTS)}")
+    return checked(import_module(f"imo_analysis.ledger.subjects.{name}").CLAIMS)
 
 
 def kernel_names(which: str) -> tuple[str, ...]:

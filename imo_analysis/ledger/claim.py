@@ -249,7 +249,8 @@ class Entry:
         return {
             "id": claim.id, "item": claim.item, "title": claim.title,
             "verdict": str(self.verdict) if self.verdict else None, "expected": str(claim.expected),
-            "prose": claim.prose, "printed": formulas(claim.printed), "corrected": formulas(claim.corrected), "edit": claim.edit,
+            "prose": claim.prose,
+            "printed": formulas(claim.printed), "corrected": formulas(claim.corrected), "edit": claim.edit,
             "setting": claim.setting.text,
             "hypotheses": [str(one) for one in claim.setting.hypotheses], "assumptions": list(claim.assumptions),
             "origin": claim.origin, "why": claim.why, "consequences": list(claim.consequences), "note": claim.note,

@@ -260,7 +260,7 @@ def evaluate(tree: Expr, env: Mapping[str, Any] | Callable[[str], Any], constant
 
 def substitute(tree: Expr, definitions: Mapping[str, Expr]) -> Expr:
     """The tree with defined names replaced, once: definitions are not searched again."""
-    return evaluate(tree, lambda name: definitions.get(name) or Name(name), Number)  # type: ignore[no-any-return]
+    return evaluate(tree, lambda name: definitions.get(name) or Name(name), Number)
 
 
 def free_names(tree: Expr) -> list[str]:

@@ -1,4 +1,4 @@
-"""Exact rational points that satisfy the hypotheses, and from them the smallest counterexample that is easy to check by hand."""
+"""Exact rational points that satisfy the hypotheses, and from them a counterexample that is easy to check by hand."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ from imo_analysis.ledger.setting import Setting, true_at
 _TRIES = 4000
 
 
-def points(setting: Setting, relations: Sequence[Relation], count: int, seed: int = 1, size: int = 30) -> list[dict[str, Fraction]]:
+def points(setting: Setting, relations: Sequence[Relation], count: int, seed: int = 1,
+           size: int = 30) -> list[dict[str, Fraction]]:
     """Random points of small integers at which the hypotheses hold and no denominator of the relations vanishes.
 
     Raises
@@ -40,10 +41,12 @@ def points(setting: Setting, relations: Sequence[Relation], count: int, seed: in
                 return found
     if found:
         return found
-    raise InputError(f"setting {setting.name}: no point satisfies {', '.join(map(str, hypotheses))}; do they contradict each other?")
+    listed = ", ".join(map(str, hypotheses))
+    raise InputError(f"setting {setting.name}: no point satisfies {listed}; do they contradict each other?")
 
 
-def admits(setting: Setting, hypotheses: Sequence[Relation], relations: Sequence[Relation], point: Mapping[str, Fraction]) -> bool:
+def admits(setting: Setting, hypotheses: Sequence[Relation], relations: Sequence[Relation],
+           point: Mapping[str, Fraction]) -> bool:
     """Whether the hypotheses hold at a point and the relations have values there."""
     values = setting.values(point)
     try:

@@ -79,7 +79,8 @@ def errors(observer: str = "consistent_12") -> Setting:
     flux = transformation.from_z(*CURRENTS, *Z, Name("beta"))
     defined: dict[str, Any] = {
         **_errors(_FULL_TRUE), "phi_dr": flux[0], "phi_qr": flux[1],
-        **_rates(("i_ds", "i_qs", "z_1", "z_2"), true), "xi_1_dot": true[2], "xi_2_dot": true[3], "alpha_dot": 0, "omega_dot": 0,
+        **_rates(("i_ds", "i_qs", "z_1", "z_2"), true), "xi_1_dot": true[2], "xi_2_dot": true[3],
+        "alpha_dot": 0, "omega_dot": 0,
         **_rates(tuple(f"{name}_hat" for name in _FULL_TRUE), (*row[:6], alpha_law, row[7])),
     }
     defined |= {f"{name}_tilde_dot": Name(f"{name}_dot") - Name(f"{name}_hat_dot") for name in _FULL_TRUE}

@@ -1,4 +1,4 @@
-"""From a claim to its entry: put the questions, let every kernel answer, compute the verdict, compare it with the expected one."""
+"""From a claim to its entry: put the questions, let every kernel answer, compute the verdict, compare with the expected one."""
 
 from __future__ import annotations
 
@@ -61,7 +61,9 @@ def plan(claim: Claim) -> tuple[list[_Planned], list[str]]:
             continue
         where = check.setting or claim.setting
         for row, text in enumerate(check.relations):
-            key = f"{claim.id}.{check.role}" + (f"{number}" if number > 1 else "") + (f".{row + 1}" if len(check.relations) > 1 else "")
+            key = f"{claim.id}.{check.role}" + (str(number) if number > 1 else "")
+            if len(check.relations) > 1:
+                key += f".{row + 1}"
             relation = parse_relation(text)
             question = ask(key, where, relation, check)
             planned.append(_Planned(question, check.role, check.text, text))
@@ -109,9 +111,10 @@ def _entry(claim: Claim, planned: Sequence[_Planned], faults: Sequence[str], ker
             yes = ", ".join(name for name, answer in said.items() if answer) or "none"
             no = ", ".join(name for name, answer in said.items() if not answer)
             word = "kernels disagree" if any(said.values()) else "not settled"
-            errors.append(f"{question.id}: {word} on the {question.kind} {one.statement} (confirmed by {yes}; not by {no})")
+            errors.append(f"{question.id}: {word} on the {question.kind} {one.statement} (confirmed: {yes}; not: {no})")
         true = question.kind != "counterexample" if all(said.values()) else None
-        findings.append(Finding(question.id, one.role, one.text, question.kind, true, one.statement, _detail(question)))
+        detail = _detail(question, kernels)
+        findings.append(Finding(question.id, one.role, one.text, question.kind, true, one.statement, detail))
     for check in claim.checks:
         if isinstance(check, Computed):
             passed, found = check.function(*check.arguments)
@@ -146,7 +149,7 @@ def compute_verdict(findings: Sequence[Finding]) -> Verdict | None:
     return Verdict.OPEN
 
 
-def _detail(question: Question) -> dict[str, Any]:
+def _detail(question: Question, kernels: Sequence[Kernel]) -> dict[str, Any]:
     """What a reader needs to follow the finding by hand."""
     setting, relation = question.setting, question.relation
     if question.kind == "counterexample":
@@ -154,7 +157,9 @@ def _detail(question: Question) -> dict[str, Any]:
         values = setting.values(question.point)
         left, right = evaluate(relation.left, values), evaluate(relation.right, values)
         names = dict.fromkeys([*free_names(relation.left), *free_names(relation.right)])
-        return {"point": {name: str(value) for name, value in question.point.items()},
+        shown = next((kernel for kernel in kernels if hasattr(kernel, "residual")), None)
+        residual = shown.residual(setting, relation) if shown else []
+        return {"residual": " | ".join(dict.fromkeys(residual)), "point": {name: str(value) for name, value in question.point.items()},
                 "values": {name: str(values[name]) for name in names if name not in question.point},
                 "left": str(left), "right": str(right)}
     if question.kind == "squares":
