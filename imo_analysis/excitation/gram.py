@@ -97,14 +97,14 @@ class SlidingSum:
         if self.join > 1:
             cells = np.concatenate([self._waiting, cells])
             ready = len(cells) // self.join * self.join
-            self._waiting = cells[ready:]
+            self._waiting = cells[ready:].copy()
             cells = cells[:ready].reshape(-1, self.join, cells.shape[1]).sum(axis=1)
         held = np.concatenate([self._held, cells])
         windows = max(0, len(held) - self.length + 1)
         if not windows:
             self._held = held
             return held[:0]
-        self._held = held[windows:]
+        self._held = held[windows:].copy()
         return _window_sums(held, self.length)
 
 

@@ -78,7 +78,8 @@ class _Track:
         for begin in range(0, len(end), self.keep):
             part = slice(begin, begin + self.keep)
             worst = begin + int(np.argmin(np.nan_to_num(values[part, 0], nan=-np.inf)))
-            self.rows.append((end[part][-1:], values[worst : worst + 1], vectors[worst : worst + 1]))
+            one = slice(worst, worst + 1)  # copied, for a view would keep the whole block alive
+            self.rows.append((end[part][-1:].copy(), values[one].copy(), vectors[one].copy()))
 
 
 def _changes(holds: NDArray[np.bool_], before: bool | None) -> NDArray[np.bool_]:
