@@ -107,7 +107,9 @@ def role_of(written: str) -> str:
     return found[0]
 
 
-def choose(header: Sequence[str], columns: Mapping[str, str], units: Mapping[str, str], where: str) -> list[Column]:
+def choose(
+    header: Sequence[str], columns: Mapping[str, str], units: Mapping[str, str], where: str, timed: bool = True
+) -> list[Column]:
     """The columns to read.
 
     Parameters
@@ -120,6 +122,8 @@ def choose(header: Sequence[str], columns: Mapping[str, str], units: Mapping[str
         Role, or ``time``, ``voltage``, ``current``, ``speed``, to the unit in the file.
     where : str
         The file, for error texts.
+    timed : bool
+        Whether a time column is wanted.
 
     Raises
     ------
@@ -140,13 +144,18 @@ def choose(header: Sequence[str], columns: Mapping[str, str], units: Mapping[str
             unit = known[1] if known and known[1] in UNITS[quantity(role)] else None
             found.setdefault(role, []).append(Column(name, role, _unit(role, units) or unit or _si(role)))
     for role, several in found.items():
+        measured = [column for column in several if "meas" in column.name]
+        if len(several) > 1 and len(measured) == 1:
+            found[role] = several = measured
         if len(several) > 1:
             names = ", ".join(repr(column.name) for column in several)
             raise InputError(f"{where}: {names} all look like {role}; say which with --column {role}=NAME")
     chosen = {role: several[0] for role, several in found.items()}
-    if "time" not in chosen:
-        raise InputError(f"{where}: no time column among {', '.join(header)}; say which with --column time=NAME")
-    return [chosen["time"], *_pick(chosen, "u", where), *_pick(chosen, "i", where), *_speed(chosen)]
+    if timed and "time" not in chosen:
+        raise InputError(
+            f"{where}: no time column among {', '.join(header)}; say which with --column time=NAME, or give --rate in Hz"
+        )
+    return [*([chosen["time"]] if timed else []), *_pick(chosen, "u", where), *_pick(chosen, "i", where), *_speed(chosen)]
 
 
 def _si(role: str) -> str:

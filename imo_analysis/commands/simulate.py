@@ -1,0 +1,97 @@
+"""``imo simulate``: run plant, drive and observers of a study."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from imo_analysis.errors import Diverged, InputError
+
+DESCRIPTION = "Run plant, field-oriented drive and all observers of a study, side by side on the same measurements."
+EXAMPLE = "imo simulate --scenario fig1 --out run.nc --plot run.svg\n  imo simulate study.toml --out run.csv"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.add_argument("study", nargs="?", metavar="STUDY.toml", help="study to run; the paper's where left out")
+    parser.add_argument("--out", metavar="FILE", help="write the run: .nc (NetCDF), .csv or .parquet")
+    parser.add_argument("--scenario", metavar="NAME", help="overlay [scenarios.NAME] of the study")
+    parser.add_argument("--plot", metavar="FILE.svg", help="draw the speeds; each window of the study goes to FILE-1.svg, ...")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Do it; 0 when done. A diverged run is written as far as it went, then raised."""
+    from imo_analysis.simulation.runfile import check_name
+    from imo_analysis.study import Study
+
+    if args.out:
+        check_name(args.out)
+    if args.plot and Path(args.plot).suffix.lower() != ".svg":
+        raise InputError(f"--plot {args.plot}: figures are SVG; end the name in .svg")
+    study = Study.load(args.study) if args.study else Study.paper()
+    if args.scenario:
+        study = study.scenario(args.scenario)
+    try:
+        data = _simulated(study)
+    except Diverged as fault:
+        _write(args, study, fault.data, str(fault))
+        raise
+    _write(args, study, data, None)
+    return 0
+
+
+def _simulated(study: Any) -> Any:
+    import sys
+
+    from imo_analysis.simulation.run import simulate
+
+    if not sys.stderr.isatty():
+        return simulate(study)
+    from tqdm import tqdm
+
+    simulation = study.simulation
+    with tqdm(total=simulation.duration, unit="s", unit_scale=False, desc=study.title[:24], leave=False, delay=0.5,
+              bar_format="{desc} {percentage:3.0f}% |{bar}| {n:.0f} of {total:.0f} s, {remaining} left") as bar:
+        return simulate(study, lambda samples: bar.update(samples * simulation.sample_time))
+
+
+def _write(args: argparse.Namespace, study: Any, data: Any, fault: str | None) -> None:
+    from imo_analysis.commands.output import emit_json, say
+    from imo_analysis.simulation.runfile import save_run
+    from imo_analysis.simulation.summary import summary
+
+    end = data.sizes["time"] * study.simulation.record_every * study.simulation.sample_time
+    say(args, f"{study.title}: {end:g} s of motor time, {data.sizes['time']} records")
+    if args.out:
+        save_run(data, args.out)
+    plots = _plot(args.plot, study, data) if args.plot and data.sizes["time"] > 1 else []
+    found = summary(data) if data.sizes["time"] else {}
+    for name, one in found.items():
+        if one["lost_at"] is not None:
+            say(args, f"  {name:<14} lost at {one['lost_at']:.4g} s")
+        else:
+            alpha = "" if one["alpha_hat"] is None else f", alpha_hat {one['alpha_hat']:.4f} /s"
+            say(args, f"  {name:<14} omega_hat {one['omega_hat']:.4f} rad/s{alpha}; second half: "
+                      f"speed error rms {one['speed_error_rms']:.4g}, peak {one['speed_error_peak']:.4g} rad/s")
+    for path in [*([args.out] if args.out else []), *plots]:
+        say(args, f"wrote {path}")
+    emit_json(args, schema="imo-simulate/1", data={
+        "title": study.title, "study_sha256": study.sha256, "versions": data.attrs["versions"], "seed": study.simulation.seed,
+        "duration": end, "records": data.sizes["time"], "diverged": fault, "observers": found,
+        "out": args.out, "plots": plots,
+    })
+
+
+def _plot(name: str, study: Any, data: Any) -> list[str]:
+    from imo_analysis.report.run_figures import speed_figure
+    from imo_analysis.report.style import save_svg
+
+    save_svg(speed_figure(data), name)
+    names = [name]
+    for n, window in enumerate(study.windows, 1):
+        if int(((data.time >= window.start) & (data.time <= window.stop)).sum()) > 1:
+            path = str(Path(name).with_name(f"{Path(name).stem}-{n}.svg"))
+            save_svg(speed_figure(data, (window.start, window.stop)), path)
+            names.append(path)
+    return names

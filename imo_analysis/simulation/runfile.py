@@ -1,0 +1,166 @@
+"""Runs in files: NetCDF (.nc), CSV (.csv) and Parquet (.parquet), each with its study and versions, written whole or not at all.
+
+In tables (CSV, Parquet) a row is a time and an estimate's column is named ``omega_hat[observer]``. CSV begins with a line
+``# {...}``: the attributes as JSON.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from imo_analysis.errors import InputError
+from imo_analysis.files import replacing
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+SCHEMA = "imo-run/1"
+_COLUMN = re.compile(r"(\w+)\[(.+)\]")
+
+
+def save_run(run: xr.Dataset, path: str | Path) -> None:
+    """Write a run; the ending of the name says how.
+
+    Raises
+    ------
+    InputError
+        If the ending is not known or the file cannot be written.
+    """
+    write = _choose(path, {".nc": _write_netcdf, ".csv": _write_csv, ".parquet": _write_parquet})
+    with replacing(path) as beside:
+        write(run, beside)
+
+
+def load_run(path: str | Path) -> xr.Dataset:
+    """Read a run back into memory.
+
+    Raises
+    ------
+    InputError
+        If there is no such file or it is not a run.
+    """
+    read = _choose(path, {".nc": _read_netcdf, ".csv": _read_csv, ".parquet": _read_parquet})
+    if not Path(path).is_file():
+        raise InputError(f"cannot read {path}: {'it is not a file' if Path(path).exists() else 'there is no such file'}")
+    try:
+        run = read(Path(path))
+    except (OSError, ValueError, KeyError, TypeError, RuntimeError, UnicodeDecodeError) as error:
+        reason = str(error).strip().splitlines() or [type(error).__name__]
+        raise InputError(f"{path} is not a run that can be read ({reason[0][:120]}); make one with: imo simulate --out") from None
+    schema = run.attrs.get("schema")
+    if schema != SCHEMA or "time" not in run.dims or "omega" not in run:
+        raise InputError(f"{path} is not a run: its schema is {schema!r}, not {SCHEMA!r}; make one with: imo simulate --out")
+    return run
+
+
+def check_name(path: str | Path) -> None:
+    """Refuse a name whose ending `save_run` does not know, or a folder that is not there, before anything is computed."""
+    _choose(path, {".nc": None, ".csv": None, ".parquet": None})
+    if not Path(path).parent.is_dir():
+        raise InputError(f"cannot write {path}: there is no folder {Path(path).parent}; make it or choose another place")
+
+
+def _choose(path: str | Path, ways: dict[str, Any]) -> Any:
+    ending = Path(path).suffix.lower()
+    if ending not in ways:
+        raise InputError(f"{path}: the ending {ending!r} is not known; use one of: {', '.join(ways)}")
+    if ending == ".parquet":
+        try:
+            import pyarrow  # noqa: F401
+        except ImportError:
+            raise InputError(f"{path}: Parquet needs pyarrow; pip install 'imo-analysis[parquet]', or write .nc or .csv") from None
+    return ways[ending]
+
+
+def _write_netcdf(run: xr.Dataset, path: Path) -> None:
+    run.to_netcdf(path, engine="h5netcdf")
+
+
+def _read_netcdf(path: Path) -> xr.Dataset:
+    import xarray as xr
+
+    with xr.open_dataset(path, engine="h5netcdf") as run:
+        return run.load()
+
+
+def _frame(run: xr.Dataset) -> pd.DataFrame:
+    import pandas as pd
+
+    columns = {"time": run["time"].values}
+    for name, values in run.data_vars.items():
+        if "observer" in values.dims:
+            for observer in run["observer"].values:
+                columns[f"{name}[{observer}]"] = values.sel(observer=observer).values
+        else:
+            columns[str(name)] = values.values
+    return pd.DataFrame(columns)
+
+
+def _head(run: xr.Dataset) -> str:
+    """All attributes, those of the variables included, as one line of JSON."""
+    variables = {str(name): values.attrs for name, values in {**run.coords, **run.data_vars}.items()}
+    observers = [str(name) for name in run["observer"].values]
+    attrs = {name: value.item() if isinstance(value, np.generic) else value for name, value in run.attrs.items()}
+    return json.dumps({"attrs": attrs, "variables": variables, "observers": observers})
+
+
+def _unframe(frame: Any, head: str) -> xr.Dataset:
+    import xarray as xr
+
+    known = json.loads(head)
+    observers, attributes = known["observers"], known["variables"]
+    single: dict[str, Any] = {}
+    each: dict[str, dict[str, Any]] = {}
+    for column in frame.columns:
+        match = _COLUMN.fullmatch(column)
+        if match:
+            each.setdefault(match[1], {})[match[2]] = frame[column].to_numpy()
+        elif column != "time":
+            single[column] = ("time", frame[column].to_numpy(), attributes.get(column, {}))
+    for name, rows in each.items():
+        single[name] = (("observer", "time"), np.array([rows[observer] for observer in observers]), attributes.get(name, {}))
+    coordinates = {"time": ("time", frame["time"].to_numpy(), attributes.get("time", {})), "observer": observers}
+    return xr.Dataset(single, coords=coordinates, attrs=known["attrs"])
+
+
+def _write_csv(run: xr.Dataset, path: Path) -> None:
+    with open(path, "w", encoding="utf-8", newline="\n") as file:
+        file.write(f"# {_head(run)}\n")
+        _frame(run).to_csv(file, index=False, lineterminator="\n")
+
+
+def _read_csv(path: Path) -> xr.Dataset:
+    import pandas as pd
+
+    with open(path, encoding="utf-8") as file:
+        head = file.readline()
+        if not head.startswith("# {"):
+            raise ValueError("its first line is not '# {...}'; for a recorded log use: imo replay")
+        frame = pd.read_csv(file, float_precision="round_trip", dtype=float)
+    return _unframe(frame, head[2:])
+
+
+def _write_parquet(run: xr.Dataset, path: Path) -> None:
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    table = pa.Table.from_pandas(_frame(run), preserve_index=False)
+    pq.write_table(table.replace_schema_metadata({"imo_run": _head(run)}), path)
+
+
+def _read_parquet(path: Path) -> xr.Dataset:
+    import pyarrow.parquet as pq
+
+    table = pq.read_table(path)
+    metadata = table.schema.metadata or {}
+    if b"imo_run" not in metadata:
+        raise ValueError("it has no 'imo_run' in its metadata")
+    return _unframe(table.to_pandas(), metadata[b"imo_run"].decode())
+
+
