@@ -63,7 +63,7 @@ class Computed:
     """A check by a function that returns ``(passed, what was found)``.
 
     ``exact`` says whether the function works in integers and fractions; otherwise it is numerical evidence and marked so.
-    ``failing`` is a variant of the function's input that it must reject, so that the check is one that can fail.
+    ``failing`` is a variant of the function's input for which it must answer the opposite: a check that cannot fail is none.
     """
 
     role: str

@@ -120,6 +120,8 @@ def _entry(claim: Claim, planned: Sequence[_Planned], faults: Sequence[str], ker
             passed, found = check.function(*check.arguments)
             kind = "computed" if check.exact else "numerical"
             findings.append(Finding(claim.id, check.role, check.text, kind, passed, detail={"found": found}))
+            if check.failing is not None and check.function(*check.failing)[0] == passed:
+                errors.append(f"{claim.id}: the check {check.text!r} says the same of an input made to change its answer")
     for finding in findings:
         if finding.role in ("corrected", "refutes", "evidence") and not finding.true:
             errors.append(f"{finding.id}: the {finding.role} statement {finding.statement or finding.text!r} is not true")

@@ -11,7 +11,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from imo_analysis.errors import InputError
-from imo_analysis.ledger.kernels.coq_script import HEADER, lemma
+from imo_analysis.ledger.kernels.coq_script import HEADER, lemma, script
 from imo_analysis.ledger.question import Question
 
 _SECONDS = 300  # for one run of coqc; the whole ledger takes far less
@@ -32,43 +32,41 @@ class CoqKernel:
 
     def answer(self, questions: Sequence[Question]) -> list[bool]:
         """For each question, whether Coq accepts its lemma."""
-        lemmas = [lemma(one) for one in questions]
-        shares = [range(start, len(lemmas), self._processes) for start in range(self._processes)]
-        with ThreadPoolExecutor(self._processes) as pool:
-            accepted = set().union(*pool.map(lambda share: self._accepted(lemmas, share), shares))
-        return [number in accepted for number in range(len(lemmas))]
+        return self.accepts(HEADER, [lemma(one) for one in questions])
 
-    def _accepted(self, lemmas: Sequence[str], share: Sequence[int]) -> set[int]:
-        """The lemmas of a share that Coq accepts: after a rejected one the run goes on with the next."""
+    def accepts(self, header: str, blocks: Sequence[str]) -> list[bool]:
+        """For each block of a script, whether Coq accepts it after the header and the accepted blocks before it."""
+        shares = [range(start, len(blocks), self._processes) for start in range(self._processes)]
+        with ThreadPoolExecutor(self._processes) as pool:
+            accepted = set().union(*pool.map(lambda share: self._accepted(header, blocks, share), shares))
+        return [number in accepted for number in range(len(blocks))]
+
+    def _accepted(self, header: str, blocks: Sequence[str], share: Sequence[int]) -> set[int]:
+        """The blocks of a share that Coq accepts: after a rejected one the run goes on with the next."""
         left = list(share)
         good: set[int] = set()
         while left:
-            rejected = self._first_rejected([lemmas[number] for number in left])
+            rejected = self._first_rejected(header, [blocks[number] for number in left])
             if rejected is None:
                 return good | set(left)
             good |= set(left[:rejected])
             left = left[rejected + 1:]
         return good
 
-    def _first_rejected(self, lemmas: Sequence[str]) -> int | None:
-        """Position of the first lemma that Coq rejects, None if it accepts all."""
-        result = run_coq(self._program, script(lemmas))
+    def _first_rejected(self, header: str, blocks: Sequence[str]) -> int | None:
+        """Position of the first block that Coq rejects, None if it accepts all."""
+        result = run_coq(self._program, script(blocks, header))
         if result.returncode == 0:
             return None
         match = _LINE.search(result.stderr)
         if not match:
             raise InputError(f"coqc ended with code {result.returncode}: {result.stderr.strip()[:300] or 'no message'}")
-        line, at = int(match[1]), HEADER.count("\n") + 1
-        for position, text in enumerate(lemmas):
-            at += text.count("\n") + 1
-            if line < at:
+        line, end = int(match[1]), header.count("\n")
+        for position, text in enumerate(blocks):
+            end += text.count("\n") + 1
+            if line <= end:
                 return position
         raise InputError(f"coqc stopped after the last lemma: {result.stderr.strip()[:300]}")
-
-
-def script(lemmas: Sequence[str]) -> str:
-    """The whole file: the header, then the lemmas."""
-    return HEADER + "".join(f"\n{one}" for one in lemmas)
 
 
 def run_coq(program: str, text: str) -> subprocess.CompletedProcess[str]:

@@ -97,6 +97,11 @@ def lemma(question: Question) -> str:
     return comment + (_counterexample(question) if question.kind == "counterexample" else _proof(question))
 
 
+def script(lemmas: Sequence[str], header: str = HEADER) -> str:
+    """The whole file: the header, then the lemmas."""
+    return header + "".join(f"\n{one}" for one in lemmas)
+
+
 def _proof(question: Question) -> str:
     setting, relation = question.setting, question.relation
     trees = [relation, *(Relation("=", s.weight, s.base) for s in question.squares)]

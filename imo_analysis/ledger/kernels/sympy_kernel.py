@@ -1,4 +1,4 @@
-"""Exact answers in sympy's field of rational functions (``sympy.polys.fields``): elements in lowest terms, no simplification."""
+"""Exact answers in sympy's field of rational functions (``sympy.polys.fields``): elements in lowest terms, no ``simplify``."""
 
 from __future__ import annotations
 
