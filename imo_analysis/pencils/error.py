@@ -7,21 +7,23 @@ full linearisation a steady operating point of the machine (1).
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from imo_analysis.equations import plant, transformation
+from imo_analysis.equations import parameters, plant, transformation
 from imo_analysis.equations.catalogue import PARAMETERS
 from imo_analysis.errors import InputError
 from imo_analysis.machine import InductionMachine
+from imo_analysis.notation import symbol
 from imo_analysis.pencils.jacobian import Jacobian, Kind, jacobian, known_observer
 
 if TYPE_CHECKING:
     import control
 
 Gains = Mapping[str, float] | Sequence[float]
+MACHINE_FIELDS = ("R_s", "R_r", "L_m", "L_s", "L_r")
 
 
 @dataclass(frozen=True)
@@ -42,18 +44,20 @@ class OperatingPoint:
     flux: Any
     slip: Any = 0.0
 
-    def quantities(self, machine: InductionMachine) -> dict[str, Any]:
+    def quantities(self, p: Sequence[Any]) -> dict[str, Any]:
         """Currents, fluxes, z and voltages of the steady state, in the frame of the flux (phi_qr = 0), by name.
 
-        The rows of (1) are affine in the currents and the voltages, so each is solved for from the value at zero.
+        ``p`` is ``(R_s, L_m, sigma, beta, alpha)``. The rows of (1) are affine in the currents and the voltages, so each is
+        solved for from the value at zero.
         """
-        p = machine.plant_parameters
+        _, L_m, sigma, beta, alpha = p
         frame = self.omega + self.slip
-        no_current = plant.plant((0.0, 0.0, self.flux, 0.0, self.omega), (0.0, 0.0), frame, 0.0, p)
-        i_ds, i_qs = (-row / (machine.alpha * machine.L_m) for row in no_current[2:4])
-        no_voltage = plant.plant((i_ds, i_qs, self.flux, 0.0, self.omega), (0.0, 0.0), frame, 0.0, p)
-        u_ds, u_qs = (-row * machine.sigma for row in no_voltage[:2])
-        z_1, z_2 = transformation.to_z(i_ds, i_qs, self.flux, 0.0, machine.beta)
+        machine = (*p, 0.0, 0.0, 1.0)
+        no_current = plant.plant((0.0, 0.0, self.flux, 0.0, self.omega), (0.0, 0.0), frame, 0.0, machine)
+        i_ds, i_qs = (-row / (alpha * L_m) for row in no_current[2:4])
+        no_voltage = plant.plant((i_ds, i_qs, self.flux, 0.0, self.omega), (0.0, 0.0), frame, 0.0, machine)
+        u_ds, u_qs = (-row * sigma for row in no_voltage[:2])
+        z_1, z_2 = transformation.to_z(i_ds, i_qs, self.flux, 0.0, beta)
         return {"i_ds": i_ds, "i_qs": i_qs, "phi_dr": self.flux, "phi_qr": 0.0, "z_1": z_1, "z_2": z_2, "xi_1": z_1,
                 "xi_2": z_2, "u_ds": u_ds, "u_qs": u_qs, "omega": self.omega, "stator_frequency": frame}
 
@@ -92,42 +96,73 @@ def gain_values(name: str, gains: Gains, needed: Sequence[str] | None = None) ->
     return dict(gains)
 
 
+def machine_parameters(machine: InductionMachine, changes: Mapping[str, Any]) -> dict[str, Any]:
+    """``R_s, L_m, sigma, beta, alpha`` by name, with machine fields or these parameters replaced, also by arrays.
+
+    Raises
+    ------
+    InputError
+        If a replaced inductance or resistance is one that no machine can have.
+    """
+    field = {name: np.asarray(changes.get(name, getattr(machine, name)), dtype=float) for name in MACHINE_FIELDS}
+    for name, value in field.items():
+        if not np.all(np.isfinite(value) & (value > 0)):
+            raise InputError(f"{name} must be above 0 {symbol(name).unit} and finite at every point of the sweep")
+    sigma = parameters.leakage(field["L_s"], field["L_m"], field["L_r"])
+    if np.any(sigma <= 0):
+        raise InputError("L_m must be below sqrt(L_s L_r) at every point of the sweep")
+    values = {"R_s": field["R_s"], "L_m": field["L_m"], "sigma": sigma,
+              "beta": parameters.coupling(field["L_m"], sigma, field["L_r"]),
+              "alpha": parameters.rotor_rate(field["R_r"], field["L_r"])}
+    return values | {name: np.asarray(value, dtype=float) for name, value in changes.items() if name in PARAMETERS}
+
+
 def arguments(
     derived: Jacobian,
     machine: InductionMachine,
     gains: Gains,
     point: OperatingPoint,
-    overrides: Mapping[str, Any] | None = None,
+    changes: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
-    """Every number that a Jacobian needs, by name. ``overrides`` replaces parameters or gains, also by arrays.
+    """Every number that a Jacobian needs, by name.
 
-    The direction of rotation is the sign of omega, and +1 at standstill.
+    ``changes`` replaces machine fields (R_s, R_r, L_m, L_s, L_r), parameters (sigma, beta, alpha), gains, or omega, slip and
+    flux of the operating point, by floats or by arrays that broadcast. The direction of rotation is the sign of omega, and
+    +1 at standstill.
     """
-    needed = [gain for gain in known_observer(derived.observer).gains if gain in derived.arguments]
+    observer = known_observer(derived.observer)
+    changes = dict(changes or {})
+    known = {*MACHINE_FIELDS, *PARAMETERS, *observer.gains, "omega", "slip", "flux"}
+    if unknown := sorted(set(changes) - known):
+        raise InputError(f"{unknown[0]!r} is not a parameter of {observer.name}; choose one of: {', '.join(sorted(known))}")
+    needed = [gain for gain in observer.gains if gain in derived.arguments and gain not in changes]
+    point = replace(point, **{name: changes[name] for name in ("omega", "slip", "flux") if name in changes})
     omega = np.asarray(point.omega, dtype=float)
     if not np.all(np.isfinite(omega)):
         raise InputError(f"omega = {point.omega} must be finite, in rad/s")
-    values: dict[str, Any] = dict(zip(PARAMETERS, machine.observer_parameters, strict=True))
+    values = machine_parameters(machine, changes)
     if derived.kind == "full":
-        flux = np.asarray(point.flux, dtype=float)
-        if not (np.all(np.isfinite(flux)) and np.all(flux > 0)):
+        flux = np.asarray(np.nan if point.flux is None else point.flux, dtype=float)
+        if not np.all(np.isfinite(flux) & (flux > 0)):
             raise InputError(f"flux = {point.flux} Wb of the operating point must be above 0")
         if not np.all(np.isfinite(np.asarray(point.slip, dtype=float))):
             raise InputError(f"slip = {point.slip} rad/s of the operating point must be finite")
-        values |= point.quantities(machine)
-    values |= gain_values(derived.observer, gains, needed) | dict(overrides or {})
+        point = replace(point, omega=omega)
+        values |= point.quantities([values[name] for name in PARAMETERS])
+    values |= gain_values(derived.observer, gains, needed)
+    values |= {name: value for name, value in changes.items() if name in observer.gains}
     values["omega"] = omega
     values["direction"] = np.where(omega < 0, -1.0, 1.0)
     if "alpha_l" in derived.arguments and np.any(values["alpha"] <= values["alpha_l"]):
         raise InputError(
-            f"alpha_l = {values['alpha_l']:g} /s must be below alpha = {values['alpha']:g} /s: at or below it the projection "
-            "(10) has a kink and no linearisation"
+            f"alpha_l = {values['alpha_l']} /s must be below alpha = {values['alpha']} /s: at or below it the projection (10) "
+            "has a kink and no linearisation"
         )
     return values
 
 
 def frozen_matrix(
-    machine: InductionMachine, name: str, gains: Gains, omega: Any, overrides: Mapping[str, Any] | None = None
+    machine: InductionMachine, name: str, gains: Gains, omega: Any, changes: Mapping[str, Any] | None = None
 ) -> np.ndarray:
     """System matrices of the frozen-speed error dynamics, shape ``omega.shape + (n, n)``, in 1/s.
 
@@ -141,11 +176,11 @@ def frozen_matrix(
         Those that the pencil uses must be there (the adaptation gains need not).
     omega : float or array
         Electrical speed in rad/s.
-    overrides : mapping, optional
-        Parameters (R_s, L_m, sigma, beta, alpha) or gains to replace, floats or arrays that broadcast with ``omega``.
+    changes : mapping, optional
+        Machine fields, parameters or gains to replace; see `arguments`.
     """
     derived = jacobian(name, "frozen")
-    return derived.system_matrix(arguments(derived, machine, gains, OperatingPoint(omega, None), overrides))
+    return derived.system_matrix(arguments(derived, machine, gains, OperatingPoint(omega, None), changes))
 
 
 def full_matrix(machine: InductionMachine, name: str, gains: Gains, point: OperatingPoint) -> np.ndarray:
@@ -192,7 +227,25 @@ def poles(matrices: np.ndarray) -> np.ndarray:
     return np.sort(eigenvalues, axis=-1)
 
 
-def poles_at(machine: InductionMachine, name: str, gains: Gains, point: OperatingPoint, kind: Kind = "frozen") -> np.ndarray:
+def poles_of_rank(matrices: np.ndarray, rank: int) -> np.ndarray:
+    """The ``rank`` poles that are not zero by structure, shape ``(..., rank)``, for matrices of that rank or less.
+
+    A = U S V^T of rank r has the eigenvalues of the r x r matrix S V^T U besides zeros; so a pole that passes near zero is
+    not mixed up with those that stay there.
+    """
+    left, values, right = np.linalg.svd(matrices)
+    inner = values[..., :rank, None] * (right[..., :rank, :] @ left[..., :, :rank])
+    return poles(inner)
+
+
+def poles_at(
+    machine: InductionMachine,
+    name: str,
+    gains: Gains,
+    point: OperatingPoint,
+    kind: Kind = "frozen",
+    changes: Mapping[str, Any] | None = None,
+) -> np.ndarray:
     """Poles of either kind at one or many operating points, shape ``(..., n)``, in 1/s. ``frozen`` uses the speed alone."""
     derived = jacobian(name, kind)
-    return poles(derived.system_matrix(arguments(derived, machine, gains, point)))
+    return poles(derived.system_matrix(arguments(derived, machine, gains, point, changes)))

@@ -156,6 +156,18 @@ def jacobian(name: str, kind: Kind = "frozen") -> Jacobian:
         matrix, used, function)
 
 
+@cache
+def structural_rank(name: str) -> int:
+    """Rank of the frozen-speed system matrix at a random rational point: the number of poles that are not zero by structure."""
+    derived = jacobian(name, "frozen")
+    n = len(derived.states)
+    matrix = derived.matrix[:n, :n]
+    random = Random(11)
+    symbols = sorted(matrix.free_symbols, key=str)
+    point = {symbol: sp.Rational(random.randint(1, 997), random.randint(1, 89)) for symbol in symbols}
+    return int(matrix.subs(point).rank())
+
+
 def true_rates(true: Any, voltages: Any, p: Any) -> dict[str, Any]:
     """The machine's rates by name, in every coordinate that ``true`` has, in the stationary frame."""
     rates: dict[str, Any] = {}

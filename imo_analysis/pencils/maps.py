@@ -1,0 +1,162 @@
+"""Pictures of pole sweeps: poles against the swept parameter, and their paths in the s-plane. Data in, figure out."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from imo_analysis.errors import InputError
+from imo_analysis.report.style import LIMIT, line, new_figure, style
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+
+def swept_name(data: xr.Dataset) -> str:
+    """The dimension that was swept."""
+    names = [str(name) for name in data["re"].dims if name not in ("branch", "observer")]
+    if len(names) != 1:
+        raise InputError(f"a pole map needs one swept dimension, and the data set has {names}")
+    return names[0]
+
+
+def _observers(data: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
+    if "observer" not in data.dims:
+        return [(str(data.attrs.get("observer", "observer")), data)]
+    return [(str(label), data.sel(observer=label)) for label in data["observer"].values]
+
+
+def _axis_label(variable: Any) -> str:
+    """Words, symbol and unit of a swept quantity."""
+    unit = variable.attrs.get("units", "1")
+    label = f"{variable.attrs.get('long_name', variable.name)} ${variable.attrs.get('latex', variable.name)}$"
+    return label if unit == "1" else f"{label} ({unit})"
+
+
+def plot_against(data: xr.Dataset, title: str = "") -> Figure:
+    """Real and imaginary parts of the poles against the swept parameter, one line style an observer.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+        From `imo_analysis.pencils.sweep.pole_sweep` or `sweep_observers`.
+    title : str
+        Above the picture.
+    """
+    over = swept_name(data)
+    figure, axes = new_figure(1, 2, width=7.6, height=3.6)
+    with style():
+        for label, part in _observers(data):
+            kind = str(part["kind"].values) if "kind" in part.coords else label
+            for n, branch in enumerate(part["branch"].values):
+                one = part.sel(branch=branch)
+                text = label if n == 0 else None
+                axes[0].plot(data[over], one["re"], label=text, **line(kind).kwargs())
+                axes[1].plot(data[over], one["im"], **line(kind).kwargs())
+        axes[0].axhline(0.0, color=LIMIT.color, linewidth=0.8)
+        for ax, quantity in zip(axes, ("re", "im"), strict=True):
+            ax.set_xlabel(_axis_label(data[over]))
+            ax.set_ylabel(f"{'real' if quantity == 're' else 'imaginary'} part ({data[quantity].attrs['units']})")
+        figure.legend(loc="outside upper left", ncols=4, frameon=False, title=title or None, alignment="left")
+    return figure
+
+
+def plot_plane(data: xr.Dataset, title: str = "", marks: Any = (30.0, 60.0, 100.0), printed: xr.Dataset | None = None) -> Figure:
+    """Paths of the poles in the s-plane, a panel an observer, coloured by the swept parameter, arrows towards its rise.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+        From `pole_sweep` or `sweep_observers`.
+    title : str
+        Above the picture.
+    marks : sequence of float
+        Values of the swept parameter that get a filled marker where the data set has them.
+    printed : xarray.Dataset, optional
+        From `imo_analysis.pencils.table2.table2`: the printed eigenvalues are drawn as crosses in the panel of their observer.
+    """
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+
+    over = swept_name(data)
+    observers = _observers(data)
+    columns = min(len(observers), 3)
+    rows = -(-len(observers) // columns)
+    figure, axes = new_figure(rows, columns, width=2.4 + 2.6 * columns, height=0.7 + 3.1 * rows, squeeze=False)
+    values = data[over].values
+    colours = Normalize(float(values.min()), float(values.max()) if len(values) > 1 else float(values.min()) + 1.0)
+    with style():
+        mapping = ScalarMappable(colours, "cividis")
+        for ax, (label, part) in zip(axes.flat, observers, strict=False):
+            for branch in part["branch"].values:
+                _path(ax, part.sel(branch=branch), values, mapping, marks)
+            if printed is not None and label in printed["observer"].values:
+                cells = printed.sel(observer=label)
+                ax.plot(cells["printed_re"].values.ravel(), cells["printed_im"].values.ravel(), "x", color="#D55E00",
+                        markersize=6, markeredgewidth=1.4, label="printed in Table II", zorder=4)
+            ax.axvline(0.0, color=LIMIT.color, linewidth=0.8)
+            ax.set_title(label)
+            ax.set_xlabel("real part (1/s)")
+            ax.margins(0.08)
+        for ax in axes.flat[len(observers):]:
+            ax.set_axis_off()
+        for row in axes:
+            row[0].set_ylabel("imaginary part (rad/s)")
+        handles, labels = _key(axes.flat[0], marks, over, data)
+        shown = [ax for ax in axes.flat if ax.get_legend_handles_labels()[1]]
+        if shown:
+            more, names = shown[0].get_legend_handles_labels()
+            handles, labels = [*handles, *more[:1]], [*labels, *names[:1]]
+        if handles:
+            figure.legend(handles, labels, loc="outside upper left", ncols=3, frameon=False, title=title or None, alignment="left")
+        figure.colorbar(mapping, ax=axes, label=_axis_label(data[over]), shrink=0.85, pad=0.02)
+    return figure
+
+
+def _path(ax: Axes, one: xr.Dataset, values: np.ndarray, mapping: Any, marks: Any) -> None:
+    from matplotlib.collections import LineCollection
+
+    x, y = one["re"].values, one["im"].values
+    if not np.all(np.isfinite(x)):
+        return
+    points = np.column_stack([x, y])
+    ax.update_datalim(points)
+    if len(points) > 1:
+        segments = np.stack([points[:-1], points[1:]], axis=1)
+        lines = LineCollection(list(segments), colors=mapping.to_rgba(0.5 * (values[:-1] + values[1:])), linewidths=1.8,
+                               capstyle="round")
+        ax.add_collection(lines)
+        _arrow(ax, points, values, mapping)
+    at = np.flatnonzero(np.isin(np.round(values, 9), np.round(np.asarray(marks, dtype=float), 9)))
+    shapes = "os^Dv"
+    for k in at:
+        shape = shapes[list(np.round(marks, 9)).index(round(float(values[k]), 9)) % len(shapes)]
+        ax.plot(x[k], y[k], shape, markersize=4.5, color=mapping.to_rgba(values[k]), markeredgecolor="#1a1a1a",
+                markeredgewidth=0.7, zorder=3)
+    ax.autoscale_view()
+
+
+def _arrow(ax: Axes, points: np.ndarray, values: np.ndarray, mapping: Any) -> None:
+    """An arrow three quarters along the path, in the direction in which the swept parameter rises."""
+    length = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+    if length[-1] <= 1e-6 * max(1.0, float(np.abs(points).max())):
+        return
+    k = min(int(np.searchsorted(length, 0.75 * length[-1])), len(points) - 1)
+    ax.annotate("", xy=(points[k, 0], points[k, 1]), xytext=(points[k - 1, 0], points[k - 1, 1]),
+                arrowprops={"arrowstyle": "-|>", "color": mapping.to_rgba(values[k]), "mutation_scale": 11, "linewidth": 0})
+
+
+def _key(ax: Axes, marks: Any, over: str, data: xr.Dataset) -> tuple[list[Any], list[str]]:
+    """Handles and texts for the marked values that the sweep holds."""
+    from matplotlib.lines import Line2D
+
+    unit = data[over].attrs.get("units", "")
+    have = [m for m in marks if np.any(np.isclose(data[over].values, m, atol=1e-9))]
+    handles = [
+        Line2D([], [], linestyle="none", marker="os^Dv"[list(marks).index(m) % 5], color="#cccccc", markeredgecolor="#1a1a1a",
+               markersize=5) for m in have
+    ]
+    return handles, [f"{m:g} {unit}" for m in have]
