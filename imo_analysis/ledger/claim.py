@@ -63,7 +63,7 @@ class Computed:
     """A check by a function that returns ``(passed, what was found)``.
 
     ``exact`` says whether the function works in integers and fractions; otherwise it is numerical evidence and marked so.
-    ``failing`` is a variant of the function's input for which it must answer the opposite: a check that cannot fail is none.
+    ``failing`` is a variant of the function's input which it must reject: a check that cannot fail is none.
     """
 
     role: str

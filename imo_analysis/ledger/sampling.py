@@ -14,8 +14,8 @@ _TRIES = 4000
 
 
 def points(setting: Setting, relations: Sequence[Relation], count: int, seed: int = 1,
-           size: int = 30) -> list[dict[str, Fraction]]:
-    """Random points of small integers at which the hypotheses hold and no denominator of the relations vanishes.
+           size: int = 97) -> list[dict[str, Fraction]]:
+    """Random points of small integers at which the hypotheses hold and the relations have values, case after case.
 
     Raises
     ------
@@ -30,12 +30,14 @@ def points(setting: Setting, relations: Sequence[Relation], count: int, seed: in
     found: list[dict[str, Fraction]] = []
     for attempt in range(_TRIES):
         case = setting.cases[attempt % len(setting.cases)]
+        # every other round with small numbers: hypotheses such as a < b < a + 1 are met sooner
+        largest = size if attempt // len(setting.cases) % 2 == 0 else 9
         point = {}
         for name in variables:
-            value = random.randint(1, size)
+            value = random.randint(1, largest)
             negative = signs.get(name, "")[:1] == "<" or (signs.get(name, "")[:1] != ">" and random.random() < 0.5)
             point[name] = case.get(name, Fraction(-value if negative else value))
-        if admits(setting, hypotheses, relations, point):
+        if truth(setting, hypotheses, relations, point) is not None:
             found.append(point)
             if len(found) == count:
                 return found
@@ -45,41 +47,41 @@ def points(setting: Setting, relations: Sequence[Relation], count: int, seed: in
     raise InputError(f"setting {setting.name}: no point satisfies {listed}; do they contradict each other?")
 
 
-def admits(setting: Setting, hypotheses: Sequence[Relation], relations: Sequence[Relation],
-           point: Mapping[str, Fraction]) -> bool:
-    """Whether the hypotheses hold at a point and the relations have values there."""
+def truth(setting: Setting, hypotheses: Sequence[Relation], relations: Sequence[Relation],
+          point: Mapping[str, Fraction]) -> bool | None:
+    """Whether all relations are true at a point; None where a hypothesis does not hold or a value does not exist."""
     values = setting.values(point)
     try:
         if not all(true_at(one, values) for one in hypotheses):
-            return False
-        for relation in relations:
-            true_at(relation, values)
+            return None
+        return all([true_at(one, values) for one in relations])
     except ZeroDivisionError:
-        return False
-    return True
+        return None
 
 
-def counterexample(setting: Setting, relation: Relation, tries: int = 40) -> dict[str, Fraction] | None:
+def counterexample(setting: Setting, relation: Relation) -> dict[str, Fraction] | None:
     """A point at which the hypotheses hold and the relation does not, made as simple as it goes; None if none was met.
 
-    Each value is replaced by 0, 1, -1 or 2 where the relation still fails, so that a person can follow the arithmetic.
+    An equation that is not an identity fails at almost every point, so that three a case are enough to suspect one; an
+    inequality is tried at more. Nothing rests on that: what is not refuted goes to the kernels to be proved.
     """
     hypotheses = setting.hypotheses_for(setting.free(relation))
-
-    def breaks(point: Mapping[str, Fraction]) -> bool:
-        return admits(setting, hypotheses, [relation], point) and not true_at(relation, setting.values(point))
-
-    for point in points(setting, [relation], tries):
-        if not breaks(point):
-            continue
-        fixed = {name for case in setting.cases for name in case}
-        for name in point:
-            if name in fixed:
-                continue
-            for simple in (0, 1, -1, 2):
-                trial = {**point, name: Fraction(simple)}
-                if breaks(trial):
-                    point = trial
-                    break
-        return point
+    for point in points(setting, [relation], (3 if relation.op == "=" else 40) * len(setting.cases)):
+        if truth(setting, hypotheses, [relation], point) is False:
+            fixed = {name for case in setting.cases for name in case}
+            return _simpler(setting, hypotheses, relation, point, [name for name in point if name not in fixed])
     return None
+
+
+def _simpler(setting: Setting, hypotheses: Sequence[Relation], relation: Relation, point: dict[str, Fraction],
+             names: Sequence[str]) -> dict[str, Fraction]:
+    """The point with as many names as possible at 0, and the others at 1, -1 or 2, where the relation still fails."""
+    for simple in (0, 1, -1, 2) if len(names) == 1 else (0, 1):
+        trial = {**point, **dict.fromkeys(names, Fraction(simple))}
+        if names and truth(setting, hypotheses, [relation], trial) is False:
+            return trial
+    if len(names) > 1:
+        half = len(names) // 2
+        point = _simpler(setting, hypotheses, relation, point, names[:half])
+        return _simpler(setting, hypotheses, relation, point, names[half:])
+    return point

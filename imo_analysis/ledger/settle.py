@@ -10,6 +10,7 @@ from typing import Any
 from imo_analysis.errors import InputError
 from imo_analysis.ledger.claim import Algebra, Claim, Computed, Entry, Finding, Verdict
 from imo_analysis.ledger.expression import Name, Relation, evaluate, free_names, parse, parse_relation
+from imo_analysis.ledger.kernels.field_kernel import FieldKernel
 from imo_analysis.ledger.question import Kernel, Question, Square
 from imo_analysis.ledger.sampling import counterexample
 from imo_analysis.ledger.setting import Setting
@@ -120,8 +121,8 @@ def _entry(claim: Claim, planned: Sequence[_Planned], faults: Sequence[str], ker
             passed, found = check.function(*check.arguments)
             kind = "computed" if check.exact else "numerical"
             findings.append(Finding(claim.id, check.role, check.text, kind, passed, detail={"found": found}))
-            if check.failing is not None and check.function(*check.failing)[0] == passed:
-                errors.append(f"{claim.id}: the check {check.text!r} says the same of an input made to change its answer")
+            if check.failing is not None and check.function(*check.failing)[0]:
+                errors.append(f"{claim.id}: the check {check.text!r} passes an input that it must reject")
     for finding in findings:
         if finding.role in ("corrected", "refutes", "evidence") and not finding.true:
             errors.append(f"{finding.id}: the {finding.role} statement {finding.statement or finding.text!r} is not true")
@@ -159,7 +160,7 @@ def _detail(question: Question, kernels: Sequence[Kernel]) -> dict[str, Any]:
         values = setting.values(question.point)
         left, right = evaluate(relation.left, values), evaluate(relation.right, values)
         names = dict.fromkeys([*free_names(relation.left), *free_names(relation.right)])
-        shown = next((kernel for kernel in kernels if hasattr(kernel, "residual")), None)
+        shown = next((kernel for kernel in reversed(kernels) if isinstance(kernel, FieldKernel)), None)
         residual = shown.residual(setting, relation) if shown else []
         return {"residual": " | ".join(dict.fromkeys(residual)), "point": {name: str(value) for name, value in question.point.items()},
                 "values": {name: str(values[name]) for name in names if name not in question.point},
