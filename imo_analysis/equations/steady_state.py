@@ -42,3 +42,13 @@ def determinant(gram):
 def slip_of_torque(torque, psi, n_p, L_r, alpha):
     """Slip in rad/s that a torque needs at constant flux psi: 2 alpha L_r T_e / (3 n_p psi^2)."""
     return 2 * alpha * L_r * torque / (3 * n_p * psi * psi)
+
+
+def speed_information(psi, beta, stator_frequency, duration, cosine):
+    """What a window of constant flux tells of omega when w is not known, in A^2 s.
+
+    The Schur complement of the 4x4 Gram integral: beta^2 psi^2 (T - 2 (1 - cos(omega_s T)) / (omega_s^2 T)), where
+    ``cosine`` is cos(omega_s T). It falls as omega_s^2 T^3 / 12 towards zero stator frequency.
+    """
+    mean = 2 * (1 - cosine) / (stator_frequency * stator_frequency * duration)
+    return beta * beta * psi * psi * (duration - mean)
