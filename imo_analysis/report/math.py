@@ -37,7 +37,7 @@ def mathml(latex: str, display: bool = False) -> str:
     latex : str
         LaTeX of mathematics, without dollar signs.
     display : bool
-        On a line of its own.
+        In display size; it still flows with the text, so that its place is the page's choice.
 
     Returns
     -------
@@ -56,7 +56,7 @@ def _convert(latex: str, display: bool) -> str:
         text = pattern.sub(replacement, text)
     text = _braced_environments(text)
     try:
-        written = convert(text, display="block" if display else "inline")
+        written = convert(text)
         root = ET.fromstring(_characters(written))
     except Exception:  # latex2mathml raises a dozen types of its own, none of them documented
         return f'<code class="unread">{html.escape(latex)}</code>'
@@ -69,6 +69,8 @@ def _convert(latex: str, display: bool) -> str:
                 cell.attrib.pop("columnalign", None)
                 cell.set("style", f"text-align: {'left' if column % 2 else 'right'}; padding-{'left' if column % 2 else 'right'}: 0.1em")
     root.set("alttext", latex)
+    if display:
+        root.set("displaystyle", "true")
     return ET.tostring(root, encoding="unicode", short_empty_elements=False)
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import html
+import math
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,9 +23,10 @@ class Html(str):
 
 @dataclass(frozen=True)
 class Chapter:
-    """A chapter of the dossier: anchor, title and contents."""
+    """A chapter of the dossier: anchor, short name for the list of chapters, title and contents."""
 
     anchor: str
+    name: str
     title: str
     body: Html
 
@@ -69,7 +72,7 @@ def inline(source: object) -> Html:
 
 def formula(latex: str) -> Html:
     """A formula on its own line, in a box that scrolls when it is too wide."""
-    return tag("div", Html(mathml(latex, display=True)), class_="scroll")
+    return tag("div", Html(mathml(latex, display=True)), class_="scroll formula")
 
 
 def table(head: Sequence[object], rows: Iterable[Sequence[object]], caption: str = "", numeric: Iterable[int] = ()) -> Html:
@@ -87,9 +90,23 @@ def table(head: Sequence[object], rows: Iterable[Sequence[object]], caption: str
 def figure(svg: str, caption: str, alt: str, file: str) -> Html:
     """A figure inside the page (as data, so that its ids and styles stay its own), with a link to the file beside it."""
     data = quote(svg[svg.index("<svg") :].replace("\n", " "), safe=" =:;,./()-_*'?@&+!$~[]|")
-    image = Html(f'<img alt="{html.escape(alt, quote=True)}" loading="lazy" src="data:image/svg+xml,{html.escape(data)}">')
+    size = re.search(r'viewBox="0 0 (\S+) (\S+)"', svg)
+    place = f' width="{float(size[1]):.0f}" height="{float(size[2]):.0f}"' if size else ""
+    image = Html(f'<img alt="{html.escape(alt, quote=True)}" loading="lazy"{place} src="data:image/svg+xml,{html.escape(data)}">')
     link = tag("a", file, href=file)
     return tag("figure", image, tag("figcaption", inline(caption), Html(" File: "), link, "."))
+
+
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def number(value: float, digits: int = 3, sign: bool = False) -> str:
+    """A number for a table: three digits, powers of ten written out, a dash for NaN."""
+    if math.isnan(value):
+        return "–"
+    written = f"{value:{'+' if sign else ''}.{digits}g}"
+    mantissa, mark, power = written.partition("e")
+    return (f"{mantissa}·10{str(int(power)).translate(_RAISED)}" if mark else written).replace("-", "−")
 
 
 def answer(*parts: object) -> Html:
@@ -104,7 +121,7 @@ def asset(name: str) -> str:
 
 def page(title: str, first_screen: Html, chapters: Sequence[Chapter], footer: Html) -> str:
     """The whole page: style, font, script and figures inside, nothing loaded from anywhere."""
-    items = join((tag("li", tag("a", c.title, href=f"#{c.anchor}")) for c in chapters), "")
+    items = join((tag("li", tag("a", c.name, href=f"#{c.anchor}")) for c in chapters), "")
     navigation = tag("nav", tag("p", "imo report", class_="name"), tag("ol", tag("li", tag("a", "Verdicts", href="#top")), items),
                      aria_label="Chapters")
     sections = join(tag("section", tag("h2", c.title), c.body, id=c.anchor) for c in chapters)

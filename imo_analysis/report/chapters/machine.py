@@ -59,7 +59,7 @@ $n_p T_l / J$.
             _forms(machine),
         ]
     )
-    return Chapter("machine", "The machine", body)
+    return Chapter("machine", "Machine", "The machine", body)
 
 
 def _forms(machine: InductionMachine) -> object:

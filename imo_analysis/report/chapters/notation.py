@@ -26,7 +26,7 @@ last): `alpha_hat_dot` is $\dot{\hat{\alpha}}$. "Ours" marks a symbol that the p
             table(("symbol", "name", "unit", "meaning", "source"), rows),
         ]
     )
-    return Chapter("notation", "Notation", body)
+    return Chapter("notation", "Notation", "Notation", body)
 
 
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")

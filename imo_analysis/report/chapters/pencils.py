@@ -1,0 +1,152 @@
+"""The chapter on the poles: Table II beside what is computed, the map over the speed, and a slider."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any
+
+import numpy as np
+
+from imo_analysis.report.page import Chapter, Html, answer, figure, formula, join, number, prose, table, tag
+from imo_analysis.report.pencils import PoleResult
+from imo_analysis.report.style import line
+from imo_analysis.report.words import typeset
+
+
+def pencils_chapter(poles: PoleResult, proofs: dict[str, Any]) -> Chapter:
+    """Poles of the frozen-speed error dynamics.
+
+    Parameters
+    ----------
+    poles : PoleResult
+    proofs : dict
+        From `imo_analysis.report.proofs.proofs`.
+    """
+    body = join(
+        [
+            prose(
+                r"""
+At a fixed $\hat{\omega}$ (and $\hat{\alpha}$) the errors of an observer obey a linear differential equation. Its matrix is found
+here by differentiating the definitions of plant and observer, not typed in; its eigenvalues are what Table II lists. The adaptive
+observers have two more, at zero at every speed: the direction $\alpha \tilde{\xi} = \mathrm{j} \omega \tilde{z}$ in which nothing
+moves, which the table leaves out.
+"""
+            ),
+            *(figure(drawn.svg, drawn.caption, drawn.caption, drawn.file) for drawn in poles.figures),
+            _unstable(poles),
+            _slider(poles),
+            tag("h3", "Table II, printed and computed"),
+            *_table2(poles),
+            tag("h3", "Where the printed numbers come from"),
+            *_explanation(proofs),
+        ]
+    )
+    return Chapter("poles", "Poles", "Poles of the error dynamics", body)
+
+
+def _unstable(poles: PoleResult) -> Html:
+    rows = []
+    for name, runs in poles.unstable.items():
+        where = "; ".join(f"{first:g} to {last:g}" if first < last else f"{first:g}" for first, last in runs)
+        rows.append((tag("code", name), f"unstable at {where} rad/s" if runs else "none at any speed of the sweep"))
+    return table(("observer", "poles in the right half plane"), rows)
+
+
+def _table2(poles: PoleResult) -> list[Html]:
+    parts = [
+        prose("Conjugates are left out: each line stands for a pole and its mirror image. The difference is the distance in the "
+              "complex plane to the printed value that is assigned to it.")
+    ]
+    for name in poles.table["observer"].values:
+        one = poles.table.sel(observer=name)
+        rows = []
+        for omega in one["omega"].values:
+            for pole in one["pole"].values:
+                at = one.sel(omega=omega, pole=pole)
+                if float(at["computed_im"]) >= 0:
+                    rows.append((f"{float(omega):g}", _complex(at, "printed"), _complex(at, "computed"), number(float(at["difference"]))))
+        head = (r"$\hat{\omega}$ (rad/s)", f"printed, {one['column'].item()} column (1/s)", "computed (1/s)", "difference (1/s)")
+        parts.append(table(head, rows, f"`{name}`", (0, 1, 2, 3)))
+    return parts
+
+
+def _complex(at: Any, name: str) -> str:
+    re, im = float(at[f"{name}_re"]), float(at[f"{name}_im"])
+    if math.isnan(re):
+        return "–"
+    return f"{re:.2f} {'+' if im >= 0 else '-'} {abs(im):.2f} j".replace("-", "−")
+
+
+def _explanation(proofs: dict[str, Any]) -> list[Html]:
+    constants = {one["name"]: one for one in proofs["constants"]}
+    forms = proofs["refutations"]
+    failed = [one for one in forms if not one["proved"]]
+    rows = [
+        (typeset(one["form"]), one["column"], typeset(_tidy(one["forced"])), _by_speed(one["printed"]),
+         "any" if one["alphas"] == ["any"] else typeset(", ".join(one["alphas"])), "contradiction" if one["proved"] else "not shown")
+        for one in forms
+    ]
+    head = ("printed form", "column", "what it forces, whatever the gains", "what the printed digits say", r"$\alpha$", "")
+    return [
+        prose(
+            r"""
+Every printed pair of eigenvalues sums to one constant plus $\mathrm{j}\hat{\omega}$. One complex quadratic gives all 24 numbers to
+the last printed digit, and the two columns differ in one factor only:
+"""
+        ),
+        formula(r"s^{2} + (a - \mathrm{j}\hat{\omega})\, s + b - \mathrm{j} c\, \hat{\omega} + d\, \hat{\omega}^{2} = 0 \quad "
+                r"\text{(proposed)}, \qquad s^{2} + (a - \mathrm{j}\hat{\omega})\, s + b - \mathrm{j} c\, \hat{\omega} + "
+                r"d\, |\hat{\omega}| = 0 \quad \text{(baseline)}"),
+        table(("constant", "unit", "at least", "at most"),
+              [(f"${name}$", one["unit"], f"{one['low']:.7g}", f"{one['high']:.7g}") for name, one in constants.items()],
+              "No other values give the printed digits", (2, 3)),
+        answer(
+            f"No matrix that the paper prints gives Table II with Table III's machine, for any real gains: {len(forms)} forms were "
+            f"tried, {len(forms) - len(failed)} end in a contradiction of exact intervals."
+            + (f" {len(failed)} are not settled." if failed else "")
+        ),
+        tag("details", tag("summary", "Each printed form with its contradiction"), table(head, rows), class_="more"),
+    ]
+
+
+def _tidy(text: str) -> str:
+    return text.replace("*", " ")
+
+
+def _by_speed(printed: list[list[float]]) -> Html:
+    return join((f"{omega:g} rad/s: {number(low, 5)} to {number(high, 5)}" for omega, low, high in printed), "; ")
+
+
+def _slider(poles: PoleResult) -> Html:
+    """The poles at one speed, chosen by hand; needs a script and is hidden without one."""
+    sweep = poles.sweep
+    omega = sweep["omega"].values
+    step = max(1, len(omega) // 150)
+    picked = np.arange(0, len(omega), step)
+    series = []
+    for name in sweep["observer"].values:
+        one = sweep.sel(observer=name).isel(omega=picked)
+        roots = np.stack([one["re"].values, one["im"].values], axis=-1)
+        present = np.isfinite(roots).all(axis=(0, 2))
+        style = line(str(name))
+        series.append({"label": str(name), "color": style.color, "mark": style.marker, "poles": np.round(roots[:, present], 2).tolist()})
+    finite = sweep.where(np.isfinite(sweep["re"]))
+    data = {
+        "omega": [round(float(value), 3) for value in omega[picked]], "series": series,
+        "re": [float(finite["re"].quantile(0.002)) - 20.0, max(float(finite["re"].quantile(0.998)), 0.0) + 40.0],
+        "im": [float(finite["im"].min()) - 20.0, float(finite["im"].max()) + 20.0],
+    }
+    legend = join((tag("span", tag("b", f"{_GLYPHS.get(one['mark'], '○')} ", style=f"color:{one['color']}"), one["label"]) for one in series), "  ")
+    start = int(np.argmin(np.abs(omega[picked] - 60.0)))
+    control = Html(f'<input type="range" step="1" min="0" max="{len(picked) - 1}" value="{start}" aria-label="speed">')
+    return tag(
+        "div",
+        tag("p", Html("Speed: "), tag("output", ""), class_="soft"), control, tag("p", legend, class_="note"),
+        Html('<svg role="img" aria-label="poles at the chosen speed"></svg>'), tag("p", "", class_="say note"),
+        Html(f'<script type="application/json">{json.dumps(data, separators=(",", ":")).replace("<", chr(92) + "u003c")}</script>'),
+        class_="slider js-only",
+    )
+
+
+_GLYPHS = {"o": "○", "s": "□", "^": "△", "D": "◇"}

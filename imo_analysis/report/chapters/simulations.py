@@ -1,0 +1,89 @@
+"""The chapter with the runs of Figs 1-4 and the two z feedbacks that diverge as printed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from imo_analysis.equations.catalogue import OBSERVERS
+from imo_analysis.notation import symbol
+from imo_analysis.report.metrics import Resting
+from imo_analysis.report.page import Chapter, Html, answer, figure, inline, join, number, prose, table, tag
+from imo_analysis.report.scenarios import Divergence, Scenario
+from imo_analysis.study import Study
+
+def simulations_chapter(study: Study, scenarios: Sequence[Scenario], divergences: Sequence[Divergence]) -> Chapter:
+    """Every scenario of the study: the run, its windows, and the numbers of both."""
+    observers = [
+        (name, OBSERVERS[one.kind].meaning, OBSERVERS[one.kind].source,
+         inline(", ".join(f"${symbol(gain).latex} = {value:g}$" for gain, value in one.gains.items())))
+        for name, one in study.observers.items()
+    ]
+    body = join(
+        [
+            prose(
+                r"""
+The machine (1), field-oriented control on measured speed, and every observer side by side on the same measurements. The
+functions that are compiled for these runs are the ones that the ledger proves. The paper prints neither its gains nor its
+whole speed profile; what is used here is in the study file beside this page, and each figure can be made again with the
+command under it. Speeds are electrical.
+"""
+            ),
+            table(("name", "what it is", "printed in", "gains (SI units)"), observers, "Observers of the study"),
+            *(_scenario(scenario) for scenario in scenarios),
+            *_divergences(divergences),
+        ]
+    )
+    return Chapter("simulations", "Simulations", "Simulations", body)
+
+
+def _scenario(scenario: Scenario) -> Html:
+    parts: list[object] = [tag("h3", scenario.title)]
+    for drawn in scenario.figures:
+        parts.append(figure(drawn.svg, drawn.caption, drawn.caption, drawn.file))
+    for window in scenario.windows:
+        rows = [
+            (one.observer, number(one.peak), number(one.rms),
+             "not in the window" if math.isnan(one.settled) else f"{1e3 * one.settled:.1f}")
+            for one in window.responses
+        ]
+        head = ("observer", "largest speed error (rad/s)", "rms speed error (rad/s)", "within 2 % of the step after (ms)")
+        parts.append(table(head, rows, f"{window.title}: {window.start:g} to {window.stop:g} s", (1, 2, 3)))
+    parts.append(_resting(scenario.resting))
+    parts.append(tag("p", tag("code", scenario.command), class_="note"))
+    return join(parts)
+
+
+def _resting(states: Sequence[Resting]) -> Html:
+    rows = [
+        (f"{one.time:.2f}", f"{one.omega:.2f}", one.observer, number(one.omega - one.omega_hat, sign=True), number(one.alpha_hat, 5),
+         _percent(one.flux_error), _percent(one.z_error), _percent(one.xi_error))
+        for one in states
+    ]
+    head = ("time (s)", "speed (rad/s)", "observer", "speed error (rad/s)", r"$\hat{\alpha}$ (1/s)", "flux error", r"$\tilde{z}$",
+            r"$\tilde{\xi}$")
+    return table(head, rows, "Just before each change of the reference and at the end", (0, 1, 3, 4, 5, 6, 7))
+
+
+def _percent(value: float) -> str:
+    return "–" if math.isnan(value) else f"{number(100 * value, 2)} %"
+
+
+def _divergences(divergences: Sequence[Divergence]) -> list[object]:
+    if not divergences:
+        return []
+    parts: list[object] = [
+        tag("h3", "The z feedbacks as printed"),
+        prose(
+            r"""
+The paper prints the feedback of the z loop in three ways: in (7) and the expanded (8), in the matrix $L(\hat{\omega})$, and in
+the error dynamics (12). Each is run here with the same gains and on the same measurements.
+"""
+        ),
+    ]
+    rows = [(one.observer, one.source, one.outcome) for one in divergences]
+    parts.append(table(("observer", "printed in", "what happens"), rows))
+    lost = [one.observer for one in divergences if one.diverged]
+    if lost:
+        parts.append(answer(f"Diverged: {', '.join(lost)}. The others stay."))
+    return parts

@@ -1,0 +1,83 @@
+"""The chapter on the stability proof: each step with its verdict, what breaks, and the repairs."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+from imo_analysis.ledger.claim import Entry
+from imo_analysis.ledger.expression import parse_relation
+from imo_analysis.ledger.latex import relation_latex
+from imo_analysis.report.chapters.ledger import anchor, badge, label
+from imo_analysis.report.page import Chapter, Html, formula, join, prose, table, tag
+from imo_analysis.report.words import typeset
+
+_PROOF = ("eq12", "eq13", "eq14", "eq15", "projection-inequality", "sign-operator", "eq16", "bounded-from-16", "eq17", "eq18",
+          "lemma-IV.1", "barbalat-step", "proposition-IV.2")
+_CONVERGENCE = ("eq19", "eq20", "eq21", "eq22", "eq23", "proposition-IV.3", "proposition-IV.4")
+REPAIR = "repair"
+
+
+def theorem_chapter(entries: Sequence[Entry]) -> Chapter:
+    """Propositions IV.2 to IV.4 step by step, and every repair in the ledger."""
+    repairs = [entry for entry in entries if entry.claim.id.startswith(REPAIR)]
+    body = join(
+        [
+            prose(
+                r"""
+The paper's stability result rests on one function, $V = \frac{1}{2}|\tilde{i}|^{2}
++ \frac{\omega}{2 k_2 \hat{\omega}} |\tilde{z}|^{2} + \frac{\alpha}{2 k_3} |\tilde{\xi}|^{2} + \frac{1}{2 g} \tilde{\alpha}^{2}
++ \frac{1}{2 K_p} \tilde{\omega}^{2}$ (with $k_3$, where (13) prints $k_2$). If its rate is at most
+$-(k_1 + R_s/\sigma)|\tilde{i}|^{2}$, all errors stay bounded and the current errors tend to zero. The question is whether that
+rate follows from the observer as printed. These are the steps, in order; each opens in the ledger.
+"""
+            ),
+            _steps(entries, _PROOF, "Proposition IV.2: boundedness"),
+            prose(
+                r"""
+Two things carry the whole argument. First, the terms in $\tilde{z}$ cancel only when the z feedback has the pattern of (12).
+Second, the weight $\omega / (2 k_2 \hat{\omega})$ moves with $\hat{\omega}$: its own rate leaves a term in
+$\dot{\hat{\omega}} |\tilde{z}|^{2}$ that no sign operator removes, because the sign of $\dot{\hat{\omega}}$ is not that of $\omega$.
+"""
+            ),
+            _steps(entries, _CONVERGENCE, "Propositions IV.3 and IV.4: convergence"),
+            tag("h3", "Repairs"),
+            prose("Each of these has a proof in the ledger; what it costs is said with it.") if repairs else
+            prose("The ledger holds no repair."),
+            *(_repair(entry) for entry in repairs),
+        ]
+    )
+    return Chapter("theorem", "Theorem and repairs", "The theorem, what breaks, and the repairs", body)
+
+
+def item_of(entry: Entry) -> str:
+    """The item that an entry belongs to: ``eq7`` for ``eq07.row3``."""
+    return re.sub(r"^eq0+", "eq", entry.claim.id.split(".row")[0])
+
+
+def belongs(entry: Entry, item: str) -> bool:
+    """Whether an entry is the item or a part of it."""
+    own = item_of(entry)
+    return own == item or own.startswith(f"{item}.")
+
+
+def _steps(entries: Sequence[Entry], items: Sequence[str], caption: str) -> Html:
+    rows = [
+        (tag("a", label(entry), href=f"#{anchor(entry.claim.id)}"), typeset(entry.claim.title), badge(entry.verdict),
+         typeset(entry.claim.edit))
+        for item in items for entry in entries if belongs(entry, item)
+    ]
+    return table(("step", "says", "verdict", "correction"), rows, caption)
+
+
+def _repair(entry: Entry) -> Html:
+    claim = entry.claim
+    parts: list[object] = [tag("h4", tag("a", typeset(claim.title), href=f"#{anchor(claim.id)}"), Html(" "), badge(entry.verdict))]
+    if claim.prose:
+        parts.append(tag("p", typeset(claim.prose)))
+    parts += [formula(relation_latex(parse_relation(text))) for text in (*claim.printed, *claim.corrected)]
+    if claim.assumptions:
+        parts.append(tag("p", Html("Assumes: "), typeset("; ".join(claim.assumptions)), Html(".")))
+    if claim.note:
+        parts.append(tag("p", typeset(claim.note)))
+    return join(parts)

@@ -1,0 +1,161 @@
+"""The dossier of a study: everything computed once, written into a folder beside the wanted one, then moved into place."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import tempfile
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from imo_analysis.errors import InputError
+from imo_analysis.files import folder as checked_folder
+from imo_analysis.ledger.claim import Entry
+from imo_analysis.report.scenarios import Scenario
+from imo_analysis.study import Study
+
+
+@dataclass(frozen=True)
+class Written:
+    """What a dossier holds and where it is.
+
+    Attributes
+    ----------
+    folder : Path
+    files : list of (str, str)
+        Names below ``folder`` and what each holds.
+    entries : list of Entry
+    found : list of str
+        The findings of the first screen, a sentence each.
+    """
+
+    folder: Path
+    files: list[tuple[str, str]]
+    entries: list[Entry]
+    found: list[str]
+
+
+def write_dossier(study: Study, out: str | Path, note: Callable[[str], None]) -> Written:
+    """Compute and write the whole dossier.
+
+    Parameters
+    ----------
+    study : Study
+    out : str or Path
+        The folder to make or to renew; files in it that the dossier does not write stay.
+    note : callable
+        Told what is being done, a line each.
+
+    Raises
+    ------
+    InputError
+        If the folder cannot be written to.
+    Diverged
+        If a scenario leaves the finite numbers.
+    """
+    out = Path(out)
+    checked_folder(out)
+    try:
+        work = Path(tempfile.mkdtemp(prefix=f".{out.name}.", dir=out.resolve().parent))
+    except OSError:
+        work = Path(tempfile.mkdtemp(prefix=".unfinished.", dir=out))
+    try:
+        for name in ("figures", "runs"):
+            (work / name).mkdir()
+        written = _compute(study, work, note)
+        _move(work, out)
+    except OSError as error:
+        raise InputError(f"cannot write {out}: {error.strerror or error}; choose another place with --out") from None
+    finally:
+        shutil.rmtree(work, ignore_errors=True)
+    return Written(out, *written)
+
+
+def _move(work: Path, out: Path) -> None:
+    """Move file by file, each in one step; the page last, so that it never points at what is not there."""
+    files = sorted((path for path in work.rglob("*") if path.is_file()), key=lambda path: path.name == "index.html")
+    for path in files:
+        place = out / path.relative_to(work)
+        place.parent.mkdir(exist_ok=True)
+        path.replace(place)
+
+
+def _compute(study: Study, work: Path, note: Callable[[str], None]) -> tuple[list[tuple[str, str]], list[Entry], list[str]]:
+    from imo_analysis.ledger.book import entries as settle_all
+    from imo_analysis.report.chapters.excitation import excitation_chapter
+    from imo_analysis.report.chapters.ledger import ledger_chapter
+    from imo_analysis.report.chapters.machine import machine_chapter
+    from imo_analysis.report.chapters.notation import notation_chapter
+    from imo_analysis.report.chapters.pencils import pencils_chapter
+    from imo_analysis.report.chapters.reproduce import reproduce_chapter
+    from imo_analysis.report.chapters.simulations import simulations_chapter
+    from imo_analysis.report.chapters.theorem import theorem_chapter
+    from imo_analysis.report.chapters.verdicts import first_screen
+    from imo_analysis.report.page import Html, page
+    from imo_analysis.report.pencils import pencils
+    from imo_analysis.report.proofs import beside, collect
+    from imo_analysis.report.scenarios import divergences, run_scenario, scenario_names
+
+    note("ledger: settling every claim by sympy and FLINT")
+    entries = settle_all(("sympy", "flint"))
+    _write_json(work / "ledger.json", entries)
+    note("pencils: poles at the speeds of Table II and over the sweep")
+    with beside(work / "table2-proofs.json") as worker:
+        poles = pencils(study, work)
+        lost = divergences(study, note)
+        scenarios = [run_scenario(study, name, work, note) for name in scenario_names(study)]
+        note("pencils: waiting for the proofs on Table II")
+        proved = collect(worker, work / "table2-proofs.json")
+    note("writing the page")
+    (work / "study.toml").write_text(study.to_toml(), encoding="utf-8")
+    files = [("index.html", "this page"), ("ledger.json", "every entry of the ledger"), ("study.toml", "the study, whole"),
+             *poles.files, ("table2-proofs.json", "why no printed form gives Table II"), *(one for scenario in scenarios for one in scenario.files)]
+    found = [*poles.found, *findings(study, scenarios)]
+    chapters = [
+        ledger_chapter(entries), notation_chapter(), machine_chapter(study.machine), theorem_chapter(entries),
+        pencils_chapter(poles, proved), simulations_chapter(study, scenarios, lost),
+        excitation_chapter([one for scenario in scenarios for one in scenario.excitation]), reproduce_chapter(study, files),
+    ]
+    title = f"imo report: {study.title}"
+    footer = Html("Made by <code>imo report</code>. Formulas are set in a subset of STIX Math (SIL Open Font License 1.1).")
+    (work / "index.html").write_text(page(title, first_screen(study, entries, found), chapters, footer), encoding="utf-8")
+    files += sorted((str(path.relative_to(work)), "figure") for path in (work / "figures").iterdir())
+    return files, entries, found
+
+
+def _write_json(path: Path, entries: Sequence[Entry]) -> None:
+    from imo_analysis import __version__
+    data = {"schema": "imo-ledger/1", "imo_analysis": __version__, "entries": [entry.to_dict() for entry in entries]}
+    path.write_text(json.dumps(data, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+
+
+def findings(study: Study, scenarios: Sequence[Scenario]) -> list[str]:
+    """What the runs show, in sentences built from their numbers."""
+    found: list[str] = []
+    for scenario in scenarios:
+        end = scenario.resting[-1].time
+        estimates = [one for one in scenario.resting if one.time == end and one.alpha_hat == one.alpha_hat]
+        if estimates and any(abs(one.alpha_hat / study.machine.alpha - 1) > 1e-3 for one in estimates):
+            values = ", ".join(f"{one.observer} {one.alpha_hat:.3f}" for one in estimates)
+            found.append(f"{scenario.title}: alpha_hat ends at {values} /s; the machine has {study.machine.alpha:.4f} /s.")
+    for scenario in scenarios:
+        for result in scenario.excitation:
+            for name, one in result.summary["conditions"].items():
+                if name == "printed_19" and one["holding"] == 0:
+                    found.append(f"{result.title}: condition (19) holds in none of {one['windows']} windows.")
+    return found
+
+
+def summary(written: Written) -> dict[str, Any]:
+    """The outcome as plain data, for ``--json`` (imo-report/1)."""
+    from imo_analysis.report.chapters.verdicts import counts
+
+    return {
+        "folder": str(written.folder),
+        "files": [{"name": name, "holds": meaning} for name, meaning in written.files],
+        "verdicts": counts(written.entries),
+        "errors": [fault for entry in written.entries for fault in entry.errors],
+        "found": written.found,
+    }

@@ -1,0 +1,100 @@
+"""Numbers that describe a run: errors in a window around a speed step, and where the estimates end."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@dataclass(frozen=True)
+class StepResponse:
+    """How one observer's speed estimate follows in a window.
+
+    Attributes
+    ----------
+    observer : str
+    peak : float
+        Largest absolute speed error in rad/s.
+    rms : float
+        Root mean square of the speed error in rad/s.
+    settled : float
+        Time in s from the start of the window after which the error stays within ``band``; NaN if it never does.
+    band : float
+        2 % of the change of the true speed in the window, in rad/s.
+    """
+
+    observer: str
+    peak: float
+    rms: float
+    settled: float
+    band: float
+
+
+def step_responses(run: xr.Dataset, window: tuple[float, float]) -> list[StepResponse]:
+    """The response of every observer of a run in a window (first and last time, s)."""
+    part = run.sel(time=slice(*window))
+    time, omega = part["time"].values, part["omega"].values
+    band = 0.02 * float(np.ptp(omega))
+    results = []
+    for name in part["observer"].values:
+        error = np.abs(omega - part["omega_hat"].sel(observer=name).values)
+        outside = np.flatnonzero(~(error <= band))
+        if outside.size == 0:
+            settled = 0.0
+        elif outside[-1] == error.size - 1:
+            settled = float("nan")
+        else:
+            settled = float(time[outside[-1] + 1] - time[0])
+        results.append(StepResponse(str(name), float(error.max()), float(np.sqrt(np.mean(error**2))), settled, band))
+    return results
+
+
+@dataclass(frozen=True)
+class Resting:
+    """Where one observer's estimates stand at an instant.
+
+    Attributes
+    ----------
+    observer : str
+    time : float
+        In s.
+    omega, omega_hat, alpha_hat : float
+        Speeds in rad/s, estimate of alpha in 1/s (NaN where the observer has none).
+    flux_error : float
+        Length of the flux error over the length of the flux.
+    z_error, xi_error : float
+        Lengths of z and xi errors over the length of z (NaN where the observer has none).
+    """
+
+    observer: str
+    time: float
+    omega: float
+    omega_hat: float
+    alpha_hat: float
+    flux_error: float
+    z_error: float
+    xi_error: float
+
+
+def resting(run: xr.Dataset, beta: float, instant: float) -> list[Resting]:
+    """Every observer of a run at the last sample at or before an instant (s)."""
+    at = run.sel(time=slice(None, instant)).isel(time=-1)
+    phi = complex(at["phi_dr"], at["phi_qr"])
+    z = complex(at["i_ds"], at["i_qs"]) + beta * phi
+    results = []
+    for name in run["observer"].values:
+        one = at.sel(observer=name)
+        results.append(
+            Resting(
+                str(name), float(at["time"]), float(at["omega"]), float(one["omega_hat"]), float(one["alpha_hat"]),
+                abs(phi - complex(one["phi_dr_hat"], one["phi_qr_hat"])) / abs(phi),
+                abs(z - complex(one["z_1_hat"], one["z_2_hat"])) / abs(z),
+                abs(z - complex(one["xi_1_hat"], one["xi_2_hat"])) / abs(z),
+            )
+        )
+    return results

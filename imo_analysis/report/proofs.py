@@ -1,0 +1,74 @@
+"""The slow proofs on Table II as plain data, made by a process of their own beside the simulations.
+
+    python -m imo_analysis.report.proofs FILE.json
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+
+def proofs() -> dict[str, Any]:
+    """What `imo_analysis.pencils.table2_constants` and `table2_proofs` prove, in plain data.
+
+    Returns
+    -------
+    dict
+        ``constants``: name, unit, low and high of the values that give all 24 printed numbers. ``refutations``: form, source,
+        column, what is forced, what the printed digits give by speed, the values of alpha, and whether it is proved.
+    """
+    from imo_analysis.pencils.table2_constants import UNITS, ranges
+    from imo_analysis.pencils.table2_proofs import refutations
+
+    return {
+        "schema": "imo-table2-proofs/1",
+        "constants": [
+            {"name": one.name, "unit": UNITS[one.name], "low": float(one.outer.low), "high": float(one.outer.high)} for one in ranges()
+        ],
+        "refutations": [
+            {
+                "form": one.form, "source": one.source, "column": one.column, "forced": one.forced,
+                "printed": [[omega, float(value.low), float(value.high)] for omega, value in one.printed.items()],
+                "alphas": list(one.alphas), "proved": one.proved,
+            }
+            for one in refutations()
+        ],
+    }
+
+
+@contextmanager
+def beside(path: Path) -> Iterator[subprocess.Popen[bytes]]:
+    """Start the proofs in another process, which ends with the block whatever happens in it."""
+    worker = subprocess.Popen([sys.executable, "-m", "imo_analysis.report.proofs", str(path)], stdin=subprocess.DEVNULL,
+                              stderr=subprocess.PIPE, start_new_session=True)
+    try:
+        yield worker
+    finally:
+        worker.kill()
+        worker.wait()
+
+
+def collect(worker: subprocess.Popen[bytes], path: Path) -> dict[str, Any]:
+    """Wait for the proofs and read them.
+
+    Raises
+    ------
+    RuntimeError
+        If the process failed; with what it said.
+    """
+    said = worker.stderr.read() if worker.stderr else b""
+    worker.wait()
+    if worker.returncode != 0:
+        raise RuntimeError(f"the proofs on Table II failed: {said.decode(errors='replace').strip()[-2000:]}")
+    found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    return found
+
+
+if __name__ == "__main__":
+    Path(sys.argv[1]).write_text(json.dumps(proofs(), indent=1) + "\n", encoding="utf-8")

@@ -1,0 +1,203 @@
+"""Runs the scenarios of a study one by one, and keeps of each what the dossier shows: figures, numbers and thinned files."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from imo_analysis.equations.catalogue import OBSERVERS
+from imo_analysis.errors import Diverged
+from imo_analysis.report.metrics import Resting, StepResponse, resting, step_responses
+from imo_analysis.study import Study
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+NETCDF_SAMPLES = 6000
+CSV_SAMPLES = 3000
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """A figure as SVG text, its caption, and its file beside the page."""
+
+    svg: str
+    caption: str
+    file: str
+
+
+@dataclass(frozen=True)
+class WindowResult:
+    """What a window of a run shows."""
+
+    title: str
+    start: float
+    stop: float
+    responses: list[StepResponse]
+
+
+@dataclass(frozen=True)
+class ExcitationResult:
+    """Excitation along a run: `imo_analysis.excitation.words.summary` and its figure."""
+
+    title: str
+    summary: dict[str, Any]
+    figure: Drawn
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """What the dossier keeps of a run."""
+
+    name: str
+    title: str
+    command: str
+    figures: list[Drawn]
+    windows: list[WindowResult]
+    resting: list[Resting]
+    excitation: list[ExcitationResult]
+    files: list[tuple[str, str]] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class Divergence:
+    """An observer run on its own to see whether it stays finite."""
+
+    observer: str
+    source: str
+    diverged: bool
+    time: float
+    outcome: str
+
+
+def scenario_names(study: Study) -> list[str]:
+    """The scenarios that are drawn as runs; of a study without any, the study itself under the empty name."""
+    return [name for name in study.scenarios if name != "divergence"] or [""]
+
+
+def run_scenario(study: Study, name: str, folder: Path, note: Callable[[str], None]) -> Scenario:
+    """Simulate one scenario, draw it, judge its excitation and write it, thinned, to ``folder``/runs.
+
+    Raises
+    ------
+    Diverged
+        If an observer leaves the finite numbers.
+    """
+    from imo_analysis.simulation.run import simulate
+
+    chosen = study.scenario(name) if name else study
+    label = name or "run"
+    note(f"{label}: simulating {chosen.simulation.duration:g} s")
+    run = simulate(chosen)
+    note(f"{label}: drawing")
+    files = _write(run, label, chosen, folder)
+    observers = [str(one) for one in run["observer"].values]
+    figures = [keep(folder, f"{label}-speed", _figures().speed_figure(run),
+                     "Speed, true and estimated, and the error of each estimate. The axes leave out the start-up transient.")]
+    windows = []
+    for number, window in enumerate(chosen.windows, start=1):
+        span = (window.start, window.stop)
+        caption = f"{window.title}, {window.start:g} to {window.stop:g} s: {window.caption}."
+        figures.append(keep(folder, f"{label}-window{number}", _figures().speed_figure(run, span), caption))
+        windows.append(WindowResult(window.title, window.start, window.stop, step_responses(run, span)))
+    adaptive = [one for one in observers if "alpha_hat" in OBSERVERS[chosen.observers[one].kind].states]
+    if adaptive:
+        figures.append(keep(folder, f"{label}-alpha", _figures().alpha_figure(run, chosen.machine.alpha, {}, adaptive),
+                             r"Estimate of alpha, with the true value, and the speed below it."))
+    figures.append(keep(folder, f"{label}-flux", _figures().flux_error_figure(run, observers),
+                         "Length of the error of the estimated rotor flux, relative to the flux."))
+    note(f"{label}: excitation")
+    judged = list(_excitation(run, chosen, label, folder, [*adaptive[:1], "plant"]))
+    command = f"imo simulate study.toml --scenario {name} --out {label}.nc" if name else "imo simulate study.toml --out run.nc"
+    return Scenario(label, chosen.title, command, figures, windows, _resting(run, chosen), judged, files)
+
+
+def _figures() -> Any:
+    from imo_analysis.report import run_figures
+
+    return run_figures
+
+
+def keep(folder: Path, name: str, figure: Figure, caption: str) -> Drawn:
+    """Write a figure to ``folder``/figures and keep its text for the page."""
+    from imo_analysis.report.style import svg_text
+
+    text = svg_text(figure)
+    place = f"figures/{name}.svg"
+    (folder / place).write_text(text, encoding="utf-8")
+    return Drawn(text, caption, place)
+
+
+def _write(run: xr.Dataset, label: str, study: Study, folder: Path) -> list[tuple[str, str]]:
+    """The run thinned over its whole length, and every window at full rate."""
+    from imo_analysis.simulation.runfile import save_run
+
+    size = run.sizes["time"]
+    step, coarse = -(-size // NETCDF_SAMPLES), -(-size // CSV_SAMPLES)
+    files = [(f"runs/{label}.nc", f"the whole run, {_share(step)}"), (f"runs/{label}.csv", f"the whole run, {_share(coarse)}")]
+    save_run(run.isel(time=slice(None, None, step)), folder / files[0][0])
+    save_run(run.isel(time=slice(None, None, coarse)), folder / files[1][0])
+    for number, window in enumerate(study.windows, start=1):
+        place = f"runs/{label}-window{number}.nc"
+        save_run(run.sel(time=slice(window.start, window.stop)), folder / place)
+        files.append((place, f"{window.start:g} to {window.stop:g} s, every recorded sample"))
+    return files
+
+
+def _share(step: int) -> str:
+    return "every recorded sample" if step == 1 else f"one recorded sample in {step}"
+
+
+def _resting(run: xr.Dataset, study: Study) -> list[Resting]:
+    """The state just before every change of the reference, and at the end."""
+    instants = [time - study.simulation.sample_time for time in study.reference.time[1:]]
+    end = float(run["time"].values[-1])
+    return [one for instant in [*(t for t in instants if t < end), end] for one in resting(run, study.machine.beta, instant)]
+
+
+def _excitation(run: xr.Dataset, study: Study, label: str, folder: Path, subjects: list[str]) -> Iterator[ExcitationResult]:
+    from imo_analysis.excitation.figures import plot_excitation
+    from imo_analysis.excitation.signals import of_dataset, select
+    from imo_analysis.excitation.trajectory import excitation
+    from imo_analysis.excitation.words import summary
+
+    source = of_dataset(run, name=label)
+    for subject in subjects:
+        result = excitation(select(source, subject), study.excitation.window, every=study.excitation.every)
+        caption = f"{study.title}; {subject}: eigenvalues of the scaled Gram matrix over windows of {study.excitation.window:g} s."
+        title = f"{study.title} ({'the motion itself' if subject == 'plant' else subject})"
+        yield ExcitationResult(title, summary(result), keep(folder, f"{label}-excitation-{subject}", plot_excitation(result), caption))
+
+
+def divergences(study: Study, note: Callable[[str], None]) -> list[Divergence]:
+    """What becomes of each observer of the scenario ``divergence``, in the order of the study; none without that scenario.
+
+    The observers do not act on each other, so the run goes on for the others when one is lost.
+    """
+    from imo_analysis.simulation.run import simulate
+
+    if "divergence" not in study.scenarios:
+        return []
+    chosen = study.scenario("divergence")
+    note(f"divergence: simulating {chosen.simulation.duration:g} s")
+    try:
+        run = simulate(chosen)
+    except Diverged as error:
+        if error.data is None:
+            raise
+        run = error.data
+    return [_outcome(run, name, OBSERVERS[settings.kind].meaning) for name, settings in chosen.observers.items()]
+
+
+def _outcome(run: xr.Dataset, name: str, source: str) -> Divergence:
+    finite = run["omega_hat"].sel(observer=name).notnull().values
+    time = run["time"].values
+    if not finite.all():
+        lost = float(time[finite.argmin()])
+        return Divergence(name, source, True, lost, f"leaves the numbers that any machine can have after {lost:.3f} s")
+    error = abs(float(run["omega"][-1] - run["omega_hat"].sel(observer=name)[-1]))
+    return Divergence(name, source, False, math.nan, f"stays; its speed error is {error:.2g} rad/s after {time[-1]:.3g} s")
