@@ -122,7 +122,8 @@ def _module(name: str, text: str) -> types.ModuleType:
         return _import(_placed(folder, name, text), name)
     except (OSError, InputError, RuntimeError) as error:
         warnings.warn(
-            f"compiled kernels are not kept ({error}); every start compiles anew. Set IMO_CACHE_DIR to a folder that can be written",
+            f"compiled kernels are not kept ({error}), so every start compiles anew; "
+            "set IMO_CACHE_DIR to a folder that can be written",
             stacklevel=2,
         )
         # numba reads no source after the import, so the file may go

@@ -1,4 +1,4 @@
-"""What comes from outside, sample by sample: references, load torque and sensor noise. Any stretch of it, in any order, is the same."""
+"""What comes from outside, sample by sample: references, load torque, sensor noise. Any stretch of it can be asked for."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def inputs(study: Study, first: int, count: int) -> Array:
     return result
 
 
-def profile(table: Reference | Load, values: tuple[float, ...], time: Array, sample_time: float) -> Array:
+def profile(table: Reference | Load, values: tuple[float, ...], time: NDArray[Any], sample_time: float) -> Array:
     """A table of the study at the given times; the last value holds after its end."""
     if table.shape == "linear":
         return np.interp(time, table.time, values)

@@ -47,7 +47,7 @@ class Loop:
 def kernel(loop: Loop) -> Any:
     """The compiled entry of a composition.
 
-    ``run(start, samples, every, T, substeps, bound, x, c, inputs, sensor, p, B, d, out, lost, o_0, p_0, g_0, o_1, ...)``
+    ``run(start, samples, every, T, substeps, bound, x, c, inputs, sensor, p, friction, d, out, lost, o_0, p_0, g_0, o_1, ...)``
     advances ``samples`` samples and returns how many it did: fewer when the machine, or the observer that the drive listens
     to, leaves ``bound`` (the sum of the sizes of its states). Other observers do not stop the run.
 
@@ -56,19 +56,21 @@ def kernel(loop: Loop) -> Any:
     start : int
         Number of the first sample; ``every`` counts from sample 0 of the run.
     x, c, o_n : ndarray
-        States of machine (5), drive (7: `drive.CONTROL_STATES`, own flux, last measured current) and observers; changed.
+        States of machine (5), drive (7: `drive.CONTROL_STATES`, own flux and its last rate) and observers; changed.
     inputs : ndarray, shape (5, samples)
         As named in `INPUTS`.
     sensor : tuple of 5
         Gain and offset of each current, and 1 where the observers see samples, 0 where they see currents continuously.
-    p, B, d, p_n, g_n : tuples of float
-        Parameters of machine, friction, drive, and each observer with its gains.
+    p, d, p_n, g_n : tuples of float
+        Parameters of machine, drive, and each observer with its gains.
+    friction : float
+        As in `loaded_machine.machine_rates`.
     out : ndarray, shape (records, columns)
         Filled from row 0.
     lost : ndarray of int, shape (1 + observers,)
         -1, or the first sample at which the machine (entry 0) or an observer was out of bound; changed.
     """
-    functions = {"machine_rates": loaded_machine.machine_rates, "direction_of": loaded_machine.direction_of,
+    functions: dict[str, Any] = {"machine_rates": loaded_machine.machine_rates, "direction_of": loaded_machine.direction_of,
                  "control": drive.control, "flux_model": drive.flux_model}
     for n, kind in enumerate(loop.observers):
         functions[f"rates_{n}"] = OBSERVERS[kind].rates
@@ -86,22 +88,22 @@ def source(loop: Loop) -> str:
         speed = OBSERVERS[loop.observers[0]].states.index("omega_hat")
         feedback = [f"speed = y_0[{speed}]", "flux = flux_estimate(y_0, seen, p_0[3])"]
     else:
-        feedback = ["speed = x[4]", "flux = flux_model(flux, last, seen, speed, T, p)"]
+        feedback = ["speed = x[4]"]
     values = ["x[0]", "x[1]", "x[2]", "x[3]", "x[4]", "u[0]", "u[1]", "seen[0]", "seen[1]"]
     values += [f"y_{n}[{j}]" for n in each for j in range(sizes[n])]
     lines = [
-        *_combine(5, *sizes),
-        f"def rates(x, u, direction, T_l, held, sensor, p, B{''.join(f', y_{n}, p_{n}, g_{n}' for n in each)}):",
+        *combine(5, *sizes),
+        f"def rates(x, u, direction, T_l, held, sensor, p, friction{''.join(f', y_{n}, p_{n}, g_{n}' for n in each)}):",
         "    i = (sensor[0] * x[0] + held[0], sensor[1] * x[1] + held[1])",
-        "    return (machine_rates(x, u, T_l, p, B),"
+        "    return (machine_rates(x, u, T_l, p, friction),"
         + "".join(f" rates_{n}(y_{n}, i, u, direction, p_{n}, g_{n})," for n in each) + ")",
         "", "",
         '@njit(cache=True, error_model="numpy", nogil=True)',
-        f"def run(start, samples, every, T, substeps, bound, x_0, c_0, inputs, sensor, p, B, d, out, lost{arguments}):",
+        f"def run(start, samples, every, T, substeps, bound, x_0, c_0, inputs, sensor, p, friction, d, out, lost{arguments}):",
         f"    x = {_tuple('x_0', 5)}",
         f"    c = {_tuple('c_0', 3)}",
         "    flux = (c_0[3], c_0[4])",
-        "    last = (c_0[5], c_0[6])",
+        "    flow = (c_0[5], c_0[6])",
         *[f"    y_{n} = {_tuple(f'o_{n}', sizes[n])}" for n in each],
         "    h = T / substeps",
         "    row = 0",
@@ -114,7 +116,7 @@ def source(loop: Loop) -> str:
         "        seen = (sensor[0] * x[0] + error[0], sensor[1] * x[1] + error[1])",
         *[f"        {line}" for line in feedback],
         "        u, c = control(c, seen, speed, flux, inputs[0, k], inputs[1, k], p, d)",
-        "        last = seen",
+        *([] if loop.feedback else ["        flux, flow = flux_model(flux, flow, seen, speed, T, p)"]),
         "        if wait == 0:",
         *[f"            out[row, {column}] = {value}" for column, value in enumerate(values)],
         "            row += 1",
@@ -124,10 +126,10 @@ def source(loop: Loop) -> str:
         "        direction = direction_of(x[4])",
         "        held = (seen[0] if sensor[4] > 0.5 else error[0], seen[1] if sensor[4] > 0.5 else error[1])",
         "        for _ in range(substeps):",
-        *[f"            {line}" for line in _rk4(sizes)],
+        *[f"            {line}" for line in rk4(sizes)],
         *[f"    x_0[{j}] = x[{j}]" for j in range(5)],
         *[f"    c_0[{j}] = c[{j}]" for j in range(3)],
-        "    c_0[3], c_0[4], c_0[5], c_0[6] = flux[0], flux[1], last[0], last[1]",
+        "    c_0[3], c_0[4], c_0[5], c_0[6] = flux[0], flux[1], flow[0], flow[1]",
         *[f"    o_{n}[{j}] = y_{n}[{j}]" for n in each for j in range(sizes[n])],
         "    return done",
         "",
@@ -135,7 +137,7 @@ def source(loop: Loop) -> str:
     return "\n".join(lines)
 
 
-def _rk4(sizes: list[int]) -> list[str]:
+def rk4(sizes: list[int]) -> list[str]:
     """One classical Runge-Kutta step of all states together."""
     names = ["x", *(f"y_{n}" for n in range(len(sizes)))]
     widths = [5, *sizes]
@@ -144,7 +146,7 @@ def _rk4(sizes: list[int]) -> list[str]:
     for stage, at in enumerate(places, 1):
         x, *rest = [at.format(name, width, n) for n, (name, width) in enumerate(zip(names, widths, strict=True))]
         more = "".join(f", {value}, p_{n}, g_{n}" for n, value in enumerate(rest))
-        lines.append(f"k_{stage} = rates({x}, u, direction, T_l, held, continuous, p, B{more})")
+        lines.append(f"k_{stage} = rates({x}, u, direction, T_l, held, continuous, p, friction{more})")
     for n, (name, width) in enumerate(zip(names, widths, strict=True)):
         lines.append(f"{name} = step_{width}({name}, h / 6, k_1[{n}], k_2[{n}], k_3[{n}], k_4[{n}])")
     return lines
@@ -154,14 +156,14 @@ def _watch(sizes: list[int], feedback: bool) -> list[str]:
     """Notice states out of bound, NaN included; what the drive needs ends the run."""
     lines = []
     for entry, (name, width) in enumerate([("x", 5), *((f"y_{n}", size) for n, size in enumerate(sizes))]):
-        size = _sum([f"abs({name}[{j}])" for j in range(width)])
+        size = sum_of([f"abs({name}[{j}])" for j in range(width)])
         lines += [f"        if lost[{entry}] < 0 and not {size} < bound:", f"            lost[{entry}] = start + k"]
         if entry == 0 or (entry == 1 and feedback):
             lines += ["            done = k", "            break"]
     return lines
 
 
-def _combine(*widths: int) -> list[str]:
+def combine(*widths: int) -> list[str]:
     """The two combinations of states and rates that RK4 needs, for each number of states."""
     lines = []
     for width in sorted(set(widths)):
@@ -177,9 +179,9 @@ def _tuple(name: str, size: int) -> str:
     return "(" + ", ".join(f"{name}[{j}]" for j in range(size)) + ")"
 
 
-def _sum(terms: list[str]) -> str:
+def sum_of(terms: list[str]) -> str:
     """A sum as a balanced tree: short chains of dependent additions."""
     if len(terms) == 1:
         return terms[0]
     half = len(terms) // 2
-    return f"({_sum(terms[:half])} + {_sum(terms[half:])})"
+    return f"({sum_of(terms[:half])} + {sum_of(terms[half:])})"

@@ -3,9 +3,12 @@
 from imo_analysis.equations.plant import plant
 
 
-def machine_rates(x, u, T_l, p, B):
-    """Rates of ``(i_ds, i_qs, phi_dr, phi_qr, omega)``; the shaft carries ``T_l + B omega_m``."""
-    return plant(x, u, 0.0, T_l + B * x[4] / p[6], p)
+def machine_rates(x, u, T_l, p, friction):
+    """Rates of ``(i_ds, i_qs, phi_dr, phi_qr, omega)``; the shaft carries ``T_l + B omega_m``.
+
+    ``friction`` is B / n_p, so that it multiplies the electrical speed.
+    """
+    return plant(x, u, 0.0, T_l + friction * x[4], p)
 
 
 def direction_of(omega):

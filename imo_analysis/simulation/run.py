@@ -15,6 +15,7 @@ from imo_analysis.equations.catalogue import OBSERVERS
 from imo_analysis.equations.plant import torque
 from imo_analysis.errors import Diverged
 from imo_analysis.notation import symbol
+from imo_analysis.simulation.drive import flux_rates
 from imo_analysis.simulation.inputs import Array, inputs
 from imo_analysis.simulation.kernel import PLANT_STATES, Loop, kernel
 from imo_analysis.study import Study
@@ -83,7 +84,8 @@ def drive_parameters(study: Study) -> tuple[float, ...]:
 def initial_state(study: Study) -> tuple[Array, Array]:
     """States of machine and drive at time 0; the drive's own flux starts at the machine's."""
     x = np.array([getattr(study.initial, name) for name in PLANT_STATES])
-    return x, np.array([0.0, 0.0, 0.0, x[2], x[3], x[0], x[1]])
+    flux = (x[2], x[3])
+    return x, np.array([0.0, 0.0, 0.0, *flux, *flux_rates(flux, (x[0], x[1]), x[4], study.machine.plant_parameters)])
 
 
 def _run(
@@ -94,6 +96,7 @@ def _run(
     every = simulation.record_every
     run = kernel(loop)
     x, c = initial_state(study)
+    friction = study.machine.B / study.machine.n_p
     each: list[Any] = []
     for name in order:
         settings = study.observers[name]
@@ -110,7 +113,7 @@ def _run(
         row = start // every
         outside[:, row : row + math.ceil(samples / every)] = given[[0, 2], ::every]
         done = run(start, samples, every, simulation.sample_time, simulation.substeps, BOUND, x, c, given, sensor,
-                   study.machine.plant_parameters, study.machine.B, drive_parameters(study), out[row:], lost, *each)
+                   study.machine.plant_parameters, friction, drive_parameters(study), out[row:], lost, *each)
         if progress:
             progress(done)
         if done < samples:

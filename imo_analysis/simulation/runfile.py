@@ -1,4 +1,4 @@
-"""Runs in files: NetCDF (.nc), CSV (.csv) and Parquet (.parquet), each with its study and versions, written whole or not at all.
+"""Runs in files: NetCDF (.nc), CSV (.csv) and Parquet (.parquet), each with its study and versions, whole or not at all.
 
 In tables (CSV, Parquet) a row is a time and an estimate's column is named ``omega_hat[observer]``. CSV begins with a line
 ``# {...}``: the attributes as JSON.
@@ -52,7 +52,7 @@ def load_run(path: str | Path) -> xr.Dataset:
         run = read(Path(path))
     except (OSError, ValueError, KeyError, TypeError, RuntimeError, UnicodeDecodeError) as error:
         reason = str(error).strip().splitlines() or [type(error).__name__]
-        raise InputError(f"{path} is not a run that can be read ({reason[0][:120]}); make one with: imo simulate --out") from None
+        raise InputError(f"{path} is not a run that can be read ({reason[0][:120]}); make one: imo simulate --out") from None
     schema = run.attrs.get("schema")
     if schema != SCHEMA or "time" not in run.dims or "omega" not in run:
         raise InputError(f"{path} is not a run: its schema is {schema!r}, not {SCHEMA!r}; make one with: imo simulate --out")
@@ -74,12 +74,24 @@ def _choose(path: str | Path, ways: dict[str, Any]) -> Any:
         try:
             import pyarrow  # noqa: F401
         except ImportError:
-            raise InputError(f"{path}: Parquet needs pyarrow; pip install 'imo-analysis[parquet]', or write .nc or .csv") from None
+            raise InputError(f"{path}: Parquet needs pyarrow: pip install 'imo-analysis[parquet]'; or write .nc") from None
     return ways[ending]
 
 
 def _write_netcdf(run: xr.Dataset, path: Path) -> None:
-    run.to_netcdf(path, engine="h5netcdf")
+    # xarray's own writer imports dask where that is installed, which takes longer than the whole simulation
+    import h5netcdf
+
+    with h5netcdf.File(path, "w") as file:
+        file.dimensions = dict(run.sizes)
+        for name, values in {**run.coords, **run.data_vars}.items():
+            text = values.dtype.kind in "UO"
+            variable = file.create_variable(
+                str(name), values.dims, dtype=h5netcdf.core.h5py.string_dtype() if text else values.dtype,
+                data=values.values.astype(object) if text else values.values,
+            )
+            variable.attrs.update({str(key): value for key, value in values.attrs.items()})
+        file.attrs.update({str(key): value for key, value in run.attrs.items()})
 
 
 def _read_netcdf(path: Path) -> xr.Dataset:
