@@ -46,17 +46,22 @@ def plot_against(data: xr.Dataset, title: str = "") -> Figure:
     title : str
         Above the picture.
     """
+    from matplotlib.ticker import StrMethodFormatter, SymmetricalLogLocator
+
     over = swept_name(data)
     figure, axes = new_figure(1, 2, width=7.6, height=3.6)
     with style():
         for label, part in _observers(data):
-            kind = str(part["kind"].values) if "kind" in part.coords else label
+            kind = str(part["observer_kind"].values) if "observer_kind" in part.coords else label
             for n, branch in enumerate(part["branch"].values):
                 one = part.sel(branch=branch)
                 text = label if n == 0 else None
                 axes[0].plot(data[over], one["re"], label=text, **line(kind).kwargs())
                 axes[1].plot(data[over], one["im"], **line(kind).kwargs())
         axes[0].axhline(0.0, color=LIMIT.color, linewidth=0.8)
+        axes[0].set_yscale("symlog", linthresh=10.0, linscale=0.6)  # slow and fast poles differ by two decades
+        axes[0].yaxis.set_major_locator(SymmetricalLogLocator(base=10.0, linthresh=10.0, subs=[1.0, 3.0]))
+        axes[0].yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
         for ax, quantity in zip(axes, ("re", "im"), strict=True):
             ax.set_xlabel(_axis_label(data[over]))
             ax.set_ylabel(f"{'real' if quantity == 're' else 'imaginary'} part ({data[quantity].attrs['units']})")
@@ -64,7 +69,9 @@ def plot_against(data: xr.Dataset, title: str = "") -> Figure:
     return figure
 
 
-def plot_plane(data: xr.Dataset, title: str = "", marks: Any = (30.0, 60.0, 100.0), printed: xr.Dataset | None = None) -> Figure:
+def plot_plane(
+    data: xr.Dataset, title: str = "", marks: Any = (30.0, 60.0, 100.0), printed: xr.Dataset | None = None
+) -> Figure:
     """Paths of the poles in the s-plane, a panel an observer, coloured by the swept parameter, arrows towards its rise.
 
     Parameters
@@ -111,7 +118,8 @@ def plot_plane(data: xr.Dataset, title: str = "", marks: Any = (30.0, 60.0, 100.
             more, names = shown[0].get_legend_handles_labels()
             handles, labels = [*handles, *more[:1]], [*labels, *names[:1]]
         if handles:
-            figure.legend(handles, labels, loc="outside upper left", ncols=3, frameon=False, title=title or None, alignment="left")
+            figure.legend(handles, labels, loc="outside upper left", ncols=5, frameon=False, title=title or None,
+                          alignment="left", columnspacing=1.2)
         figure.colorbar(mapping, ax=axes, label=_axis_label(data[over]), shrink=0.85, pad=0.02)
     return figure
 
@@ -126,10 +134,11 @@ def _path(ax: Axes, one: xr.Dataset, values: np.ndarray, mapping: Any, marks: An
     ax.update_datalim(points)
     if len(points) > 1:
         segments = np.stack([points[:-1], points[1:]], axis=1)
-        lines = LineCollection(list(segments), colors=mapping.to_rgba(0.5 * (values[:-1] + values[1:])), linewidths=1.8,
-                               capstyle="round")
-        ax.add_collection(lines)
-        _arrow(ax, points, values, mapping)
+        middle = 0.5 * (values[:-1] + values[1:])
+        # the poles at -omega are those at omega: the wide line below shows beside the thin one above
+        for part, width in ((middle < 0, 4.0), (middle >= 0, 1.4)):
+            ax.add_collection(LineCollection(list(segments[part]), colors=mapping.to_rgba(middle[part]), linewidths=width))
+        _arrow(ax, points)
     at = np.flatnonzero(np.isin(np.round(values, 9), np.round(np.asarray(marks, dtype=float), 9)))
     shapes = "os^Dv"
     for k in at:
@@ -139,14 +148,15 @@ def _path(ax: Axes, one: xr.Dataset, values: np.ndarray, mapping: Any, marks: An
     ax.autoscale_view()
 
 
-def _arrow(ax: Axes, points: np.ndarray, values: np.ndarray, mapping: Any) -> None:
-    """An arrow three quarters along the path, in the direction in which the swept parameter rises."""
+def _arrow(ax: Axes, points: np.ndarray) -> None:
+    """An arrow head seven eighths along the path, in the direction in which the swept parameter rises."""
     length = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
     if length[-1] <= 1e-6 * max(1.0, float(np.abs(points).max())):
         return
-    k = min(int(np.searchsorted(length, 0.75 * length[-1])), len(points) - 1)
-    ax.annotate("", xy=(points[k, 0], points[k, 1]), xytext=(points[k - 1, 0], points[k - 1, 1]),
-                arrowprops={"arrowstyle": "-|>", "color": mapping.to_rgba(values[k]), "mutation_scale": 11, "linewidth": 0})
+    tip, tail = (points[min(int(np.searchsorted(length, share * length[-1])), len(points) - 1)] for share in (0.875, 0.8))
+    ax.annotate("", xy=(tip[0], tip[1]), xytext=(tail[0], tail[1]), zorder=2.5,
+                arrowprops={"arrowstyle": "-|>", "color": "#1a1a1a", "mutation_scale": 9, "linewidth": 0.6,
+                            "shrinkA": 0, "shrinkB": 0})
 
 
 def _key(ax: Axes, marks: Any, over: str, data: xr.Dataset) -> tuple[list[Any], list[str]]:

@@ -324,18 +324,24 @@ def stability_boundaries(
 
 
 def sweep_observers(
-    machines: Mapping[str, InductionMachine], observers: Mapping[str, tuple[str, Gains]], omega: np.ndarray
+    machines: Mapping[str, InductionMachine],
+    observers: Mapping[str, tuple[str, Gains]],
+    values: np.ndarray,
+    over: str = "omega",
+    point: OperatingPoint | None = None,
+    kind: Kind = "frozen",
 ) -> xr.Dataset:
-    """Frozen-speed sweeps of several observers in one data set; the dimension ``pole`` is padded with NaN.
+    """Sweeps of several observers in one data set: `pole_sweep` with the dimension ``observer`` first.
 
-    ``machines`` and ``observers`` have the same labels. Variables as in `pole_sweep`, with the dimension ``observer`` first.
+    ``machines`` and ``observers`` (kind, gains) have the same labels. Observers with fewer poles are padded with NaN.
     """
     import xarray as xr
 
-    parts = [
-        pole_sweep(machines[label], kind, gains, omega).drop_vars("neutral") for label, (kind, gains) in observers.items()
-    ]
-    whole = xr.concat(parts, dim=xr.DataArray(list(observers), dims="observer", name="observer"), join="outer",
-                      combine_attrs="drop_conflicts")
-    whole.attrs["schema"] = "imo-poles/1"
-    return whole.assign_coords(kind=("observer", [kind for kind, _ in observers.values()]))
+    parts = []
+    for label, (name, gains) in observers.items():
+        part = pole_sweep(machines[label], name, gains, values, over, point, kind)
+        parts.append(part.reset_coords("neutral").expand_dims(observer=[label]))
+    whole = xr.concat(parts, dim="observer", join="outer", fill_value={"neutral": False}, combine_attrs="drop_conflicts")
+    whole = whole.set_coords("neutral").assign_coords(observer_kind=("observer", [name for name, _ in observers.values()]))
+    whole.attrs["unclear"] = sum(part.attrs["unclear"] for part in parts)
+    return whole

@@ -9,13 +9,16 @@ import numpy as np
 
 from imo_analysis.machine import InductionMachine
 from imo_analysis.pencils.error import Gains, OperatingPoint, poles_at
-from imo_analysis.pencils.table2_fit import COLUMNS, PRINTED, SPEEDS, WITNESS, roots
+from imo_analysis.pencils.table2_fit import PRINTED, SPEEDS, WITNESS, roots
 
 if TYPE_CHECKING:
     import xarray as xr
 
-# an observer stands beside the baseline column when it is one, and beside the proposed column otherwise
-COLUMN_OF = {"baseline": "baseline"}
+
+
+def column_of(kind: str) -> str:
+    """The column of Table II that an observer stands beside; empty for one that the paper does not have."""
+    return {"baseline": "baseline", "repaired": ""}.get(kind, "proposed")
 
 
 def printed(column: str) -> np.ndarray:
@@ -77,9 +80,9 @@ def table2(machine: InductionMachine, observers: Mapping[str, tuple[str, Gains]]
     quadratic = np.full(shape, np.nan + 1j * np.nan)
     for k, (kind, gains) in enumerate(observers.values()):
         computed[k] = without_neutral(poles_at(machine, kind, gains, OperatingPoint(speeds, None)), 4)
-        column = COLUMN_OF.get(kind, "proposed")
+        column = column_of(kind)
         for n, speed in enumerate(speeds):
-            if speed in SPEEDS:
+            if column and speed in SPEEDS:
                 at = SPEEDS.index(int(speed))
                 cost = np.abs(computed[k, n][:, None] - printed(column)[at][None, :])
                 beside[k, n] = printed(column)[at][linear_sum_assignment(cost)[1]]
@@ -96,9 +99,9 @@ def table2(machine: InductionMachine, observers: Mapping[str, tuple[str, Gains]]
         coords={
             "observer": list(observers), "omega": speeds, "pole": np.arange(1, 5),
             "kind": ("observer", [kind for kind, _ in observers.values()]),
-            "column": ("observer", [COLUMN_OF.get(kind, "proposed") for kind, _ in observers.values()]),
+            "column": ("observer", [column_of(kind) for kind, _ in observers.values()]),
         },
-        attrs={"schema": "imo-table2/1", "machine": machine.name, "alpha": machine.alpha, "columns": ", ".join(COLUMNS)},
+        attrs={"machine": machine.name, "alpha": machine.alpha},
     )
     meanings = {"computed": "pole of the frozen-speed error dynamics", "printed": "Table II", "quadratic": "fitted quadratic"}
     for name, meaning in meanings.items():
