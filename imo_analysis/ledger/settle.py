@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -57,12 +58,14 @@ def plan(claim: Claim) -> tuple[list[_Planned], list[str]]:
     """The questions of a claim, and the faults of the claim itself."""
     planned: list[_Planned] = []
     faults: list[str] = []
-    for number, check in enumerate(claim.formal()):
+    numbers: Counter[str] = Counter()
+    for check in claim.formal():
         if not isinstance(check, Algebra):
             continue
+        numbers[check.role] += 1
         where = check.setting or claim.setting
         for row, text in enumerate(check.relations):
-            key = f"{claim.id}.{check.role}" + (str(number) if number > 1 else "")
+            key = f"{claim.id}.{check.role}" + (str(numbers[check.role]) if numbers[check.role] > 1 else "")
             if len(check.relations) > 1:
                 key += f".{row + 1}"
             relation = parse_relation(text)

@@ -18,8 +18,13 @@ Require Import Reals Lra Psatz.
 Open Scope R_scope.
 
 (* a denominator is not zero: by a hypothesis, by a sign, or as a sum of squares *)
+Ltac zero_quotient :=
+  intro; match goal with
+  | H : ?a / _ > 0 |- False => replace a with 0 in H by lra; unfold Rdiv in H; rewrite Rmult_0_l in H; lra
+  | H : ?a / _ <> 0 |- False => apply H; replace a with 0 by lra; unfold Rdiv; apply Rmult_0_l
+  end.
 Ltac away_from_zero :=
-  first [ assumption | lra | nra
+  first [ assumption | lra | zero_quotient | nra
         | intro; match goal with H : _ <> _ |- False => solve [ apply H; lra | apply H; nra ] end ].
 Ltac by_field := first [ ring | field; repeat split; away_from_zero ].
 
@@ -35,7 +40,15 @@ Ltac not_negative :=
 Ltac prepare :=
   intros;
   repeat match goal with H : _ \\/ _ |- _ => destruct H | H : _ /\\ _ |- _ => destruct H end;
-  subst; unfold Rabs in *;
+  subst;
+  repeat match goal with
+  | |- context [Rabs (- ?x)] => rewrite (Rabs_Ropp x)
+  | H : ?x <= 0 |- context [Rabs ?x] => rewrite (Rabs_left1 x H)
+  | H : ?x >= 0 |- context [Rabs ?x] => rewrite (Rabs_pos_eq x (Rge_le _ _ H))
+  | H : ?x < 0 |- context [Rabs ?x] => rewrite (Rabs_left1 x (Rlt_le _ _ H))
+  | H : ?x > 0 |- context [Rabs ?x] => rewrite (Rabs_pos_eq x (Rlt_le _ _ H))
+  end;
+  unfold Rabs in *;
   repeat match goal with |- context [Rcase_abs ?x] => destruct (Rcase_abs x) end;
   try solve [ exfalso; lra ].
 
