@@ -12,5 +12,8 @@ def machine_rates(x, u, T_l, p, friction):
 
 
 def direction_of(omega):
-    """The direction of rotation that an observer is told: +1 from standstill on, -1 below."""
-    return 1.0 if omega >= 0 else -1.0
+    """The direction of rotation that an observer is told: +1 from standstill on, -1 below.
+
+    Rounding must not choose between the two at standstill, so that a millionth of a rad/s still counts as standstill.
+    """
+    return 1.0 if omega >= -1e-6 else -1.0
