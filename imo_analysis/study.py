@@ -1,7 +1,8 @@
 """The study: everything that a person can vary, in one TOML file, checked before anything is computed.
 
 Tables: ``[machine]``, ``[simulation]``, ``[initial]``, ``[reference]``, ``[load]``, ``[drive]``, ``[sensors]``,
-``[observers.NAME]``, ``[excitation]``, ``[poles]``, ``[[windows]]``, and overlays ``[scenarios.NAME]`` over all of them.
+``[observers.NAME]``, ``[excitation]``, ``[poles]``, ``[replay]``, ``[[windows]]``, and overlays
+``[scenarios.NAME]`` over all of them.
 Their keys are in `imo_analysis.study_tables`; the built-in study of the paper is ``study_paper.toml`` beside this file.
 """
 
@@ -29,6 +30,7 @@ from imo_analysis.study_tables import (
     ObserverSettings,
     Poles,
     Reference,
+    Replay,
     Sensors,
     Simulation,
     Table,
@@ -57,6 +59,7 @@ class Study(Table):
     observers: dict[str, ObserverSettings] = Field(default={})
     excitation: Excitation = Excitation()
     poles: Poles = Poles()
+    replay: Replay = Replay()
     windows: tuple[Window, ...] = ()
     scenarios: dict[str, dict[str, Any]] = Field(default={})
     data: dict[str, Any] = Field(default={}, repr=False, exclude=True)

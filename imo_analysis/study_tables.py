@@ -6,9 +6,11 @@ from collections.abc import Callable
 from itertools import pairwise
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, ValidationInfo, model_validator
 
 from imo_analysis.equations.catalogue import OBSERVERS
+from imo_analysis.errors import InputError
+from imo_analysis.machine import readable
 from imo_analysis.notation import symbol
 from imo_analysis.quantity import si_value
 
@@ -285,3 +287,53 @@ class Window(Table):
         if self.stop <= self.start:
             raise ValueError(f"stop = {self.stop:g} s must be after start = {self.start:g} s")
         return self
+
+
+class Replay(Table):
+    """``[replay]``: how a recorded log is read and run, for ``imo replay``.
+
+    Attributes
+    ----------
+    observers : tuple of str
+        Observers to run.
+    columns, units : dict
+        What a column is called in the log, and its unit there, where their names do not tell.
+    rate : float, optional
+        Samples a second in Hz, in place of the time column.
+    voltage, current, direction : str
+        What samples stand for, and where the direction of rotation comes from: `imo_analysis.simulation.replay.Treatment`.
+    gaps : str
+        ``stop`` where samples are missing, or ``bridge`` them by straight lines.
+    bandwidth : float, optional
+        Of the speed loop in rad/s, from which gains follow.
+    gains, initial : dict of str to float
+        In place of what the rule gives.
+    """
+
+    observers: tuple[str, ...] = ("repaired",)
+    columns: dict[str, str] = {}
+    units: dict[str, str] = {}
+    rate: Rate | None = None
+    voltage: Literal["linear", "held", "averaged"] = "linear"
+    current: Literal["linear", "held"] = "linear"
+    direction: Literal["measured", "estimated", "forward", "reverse"] | None = None
+    gaps: Literal["stop", "bridge"] = "stop"
+    bandwidth: Speed | None = None
+    gains: dict[str, float] = {}
+    initial: dict[str, float] = {}
+
+
+def read_replay(values: Any, where: str) -> Replay:
+    """The table ``[replay]`` of a file.
+
+    Raises
+    ------
+    InputError
+        If anything in it cannot be used; ``where`` names the file.
+    """
+    if not isinstance(values, dict):
+        raise InputError(f"{where}: replay must be a table, [replay]")
+    try:
+        return Replay(**values)
+    except ValidationError as error:
+        raise InputError(readable(error, f"{where}: replay")) from None

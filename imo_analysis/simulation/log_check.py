@@ -10,35 +10,35 @@ from __future__ import annotations
 import cmath
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from imo_analysis.errors import InputError
+from imo_analysis.equations.plant import plant
 from imo_analysis.machine import InductionMachine
 from imo_analysis.simulation import compile as compiler
-from imo_analysis.simulation.drive import flux_model
 
 _ROTOR_FLUX = """
 @njit(cache=True, error_model="numpy")
 def run(i_d, i_q, omega, T, p, start, out_d, out_q):
-    phi = (start, 0.0)
-    out_d[0], out_q[0] = phi
+    d, q, none = start, 0.0, (0.0, 0.0)
+    out_d[0], out_q[0] = d, q
     for k in range(1, len(i_d)):
-        phi = flux_model(phi, (i_d[k - 1], i_q[k - 1]), (i_d[k], i_q[k]), 0.5 * (omega[k - 1] + omega[k]), T, p)
-        out_d[k], out_q[k] = phi
+        a = plant((i_d[k - 1], i_q[k - 1], d, q, omega[k - 1]), none, 0.0, 0.0, p)
+        i_m, i_n, w = (i_d[k - 1] + i_d[k]) / 2, (i_q[k - 1] + i_q[k]) / 2, (omega[k - 1] + omega[k]) / 2
+        b = plant((i_m, i_n, d + T / 2 * a[2], q + T / 2 * a[3], w), none, 0.0, 0.0, p)
+        d, q = d + T * b[2], q + T * b[3]
+        out_d[k], out_q[k] = d, q
 """
-_HIGH_PASS = """
+_LEAK = """
 @njit(cache=True, error_model="numpy")
 def run(rise, keep, out):
     y = 0j
     out[0] = y
     for k in range(len(rise)):
-        y = keep * y + 2.0 / (1.0 + 1.0 / keep) * 0.0 + rise[k]
+        y = keep * y + rise[k]
         out[k + 1] = y
 """
 GOOD_FACTOR, GOOD_FIT = 0.35, 0.8
-_NAMED_FACTOR, _NAMED_FIT = 0.2, 0.9
 _CORNER = 0.3  # of the filter, in parts of the stator frequency
 
 
@@ -67,3 +67,74 @@ def stator_frequency(u: np.ndarray, T: float) -> float:
     power = float((np.abs(u[:-1]) * np.abs(u[1:])).sum())
     turn = complex((np.conj(u[:-1]) * u[1:]).sum())
     return cmath.phase(turn) / T if power > 0 and abs(turn) > 0 else 0.0
+
+
+def high_passed(increments: np.ndarray, corner: float, T: float) -> np.ndarray:
+    """A signal given by its increments, through s/(s + corner); one entry more than increments."""
+    out = np.empty(len(increments) + 1, dtype=complex)
+    half = corner * T / 2
+    compiler.entry(_LEAK, {})(increments / (1 + half), (1 - half) / (1 + half), out)
+    return out
+
+
+@dataclass(frozen=True)
+class Level:
+    """Stator frequency (rad/s, with its sign) and rotor flux (Wb, from the voltages) of a stretch of a record."""
+
+    stator_frequency: float
+    flux: float
+
+
+def level(u: np.ndarray, i: np.ndarray, T: float, machine: InductionMachine) -> Level:
+    """Frequency and flux of a stretch, weighed towards where the flux is large."""
+    rough = abs(stator_frequency(u, T)) or 1.0
+    stator = _voltage_side(u, i, T, machine, _CORNER * rough)
+    rotor = (stator - machine.sigma * high_passed(np.diff(i), _CORNER * rough, T)) * machine.L_r / machine.L_m
+    square = np.abs(rotor) ** 2
+    total = float(square.sum())
+    flux = math.sqrt(float((square**2).sum()) / total) if total > 0 else 0.0
+    return Level(stator_frequency(stator, T), flux)
+
+
+def _voltage_side(u: np.ndarray, i: np.ndarray, T: float, machine: InductionMachine, corner: float) -> np.ndarray:
+    back = u - machine.R_s * i
+    return high_passed(T / 2 * (back[1:] + back[:-1]), corner, T)
+
+
+def fit(u: np.ndarray, i: np.ndarray, omega: np.ndarray, T: float, machine: InductionMachine) -> Fit:
+    """Compare the two sides over a stretch.
+
+    Parameters
+    ----------
+    u, i : ndarray of complex
+        d + j q, stationary frame, V and A.
+    omega : ndarray
+        Electrical speed in rad/s.
+    T : float
+        Sampling period in s.
+    """
+    corner = _CORNER * (abs(stator_frequency(u, T)) or 1.0)
+    volts = high_passed(T / 2 * (u[1:] + u[:-1]), corner, T)
+    drop = high_passed(T / 2 * machine.R_s * (i[1:] + i[:-1]), corner, T)
+    with np.errstate(all="ignore"):
+        phi = _rotor_flux(i, omega, T, machine, 0.0)
+        free = _rotor_flux(np.zeros_like(i), omega, T, machine, 1.0)
+        amps = drop + high_passed(np.diff(machine.sigma * i + machine.L_m / machine.L_r * phi), corner, T)
+    start = np.exp(-corner * T * np.arange(len(u)))
+    sides = np.column_stack([amps, high_passed(np.diff(free), corner, T), start])
+    if not np.isfinite(sides).all():
+        return Fit(complex(math.nan, math.nan), 0.0)
+    used = slice(len(u) // 5, None)
+    scale = np.linalg.norm(sides[used], axis=0)
+    scale[scale == 0] = 1.0
+    found, *_ = np.linalg.lstsq(sides[used] / scale, volts[used], rcond=1e-9)
+    rest = volts[used] - (sides[used] / scale) @ found
+    total = float((np.abs(volts[used]) ** 2).sum())
+    return Fit(complex(found[0] / scale[0]), 1 - float((np.abs(rest) ** 2).sum()) / total if total > 0 else 0.0)
+
+
+def _rotor_flux(i: np.ndarray, omega: np.ndarray, T: float, machine: InductionMachine, start: float) -> np.ndarray:
+    out_d, out_q = np.empty(len(i)), np.empty(len(i))
+    run = compiler.entry(_ROTOR_FLUX, {"plant": plant})
+    run(np.ascontiguousarray(i.real), np.ascontiguousarray(i.imag), omega, T, machine.plant_parameters, start, out_d, out_q)
+    return out_d + 1j * out_q

@@ -1,0 +1,258 @@
+"""``imo replay``: run observers over a recorded log."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from pathlib import Path
+from typing import Any
+
+from imo_analysis.errors import InputError
+
+DESCRIPTION = """Run observers over a recorded log (CSV or Parquet) of phase or two-phase voltages and currents, with or without
+a measured speed. Columns and units are made out by their names and printed; a record that does not fit is named, not run."""
+EXAMPLE = """  imo replay log.csv --machine machine.toml --observer repaired --out est.nc
+  imo replay log.csv --machine machine.toml --column time=t --column ia=Ch1 --unit current=mA --voltage held"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    add = parser.add_argument
+    add("log", metavar="LOG", help="CSV with a header line, or .parquet")
+    add("--machine", metavar="FILE", required=True, help="TOML with [machine] and perhaps [replay] (FORMATS.md), or a preset")
+    add("--observer", action="append", metavar="NAME", help="observer to run, more by commas, or all (default repaired)")
+    add("--out", metavar="EST.nc", help="write the estimates")
+    add("--every", type=int, default=1, metavar="N", help="write one sample in N")
+    add("--column", action="append", default=[], metavar="WHAT=NAME", help="time, ua ub uc, uab ubc uca, u_alpha u_beta, ia ib "
+        "ic, i_alpha i_beta, omega (electrical), omega_m (shaft); NAME none leaves it out")
+    add("--unit", action="append", default=[], metavar="WHAT=UNIT", help="of a column, or of time, voltage, current, speed")
+    add("--rate", type=float, metavar="HZ", help="samples a second, in place of the time column")
+    add("--voltage", choices=("linear", "held", "averaged"), help="between samples: joined (default), held, or means")
+    add("--current", choices=("linear", "held"), help="between samples: joined (default) or held")
+    add("--direction", choices=("measured", "estimated", "forward", "reverse"), help="of rotation (default: measured if it is)")
+    add("--gaps", choices=("stop", "bridge"), help="what to do where samples are missing (default stop)")
+    add("--bandwidth", type=float, metavar="RAD/S", help="of the speed loop, for the gains (default 0.4 rad a sample, to 4000)")
+    add("--gain", action="append", default=[], metavar="NAME=X", help="a gain, in place of the rule's")
+    add("--initial", action="append", default=[], metavar="NAME=X", help="an estimate at the start, such as omega_hat=100")
+    add("--after", type=float, metavar="S", help="errors count from this time on (default: from where they settled)")
+    add("--window", type=float, metavar="S", help="window of the excitation verdict (default 0.1 s, or a fifth of the record)")
+    add("--trust", action="store_true", help="run even if the record does not fit the machine")
+    add("--plot", metavar="FILE.svg", help="draw the speeds and their errors")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Do it; 1 when an observer diverged."""
+    import tempfile
+
+    from imo_analysis.simulation import log_check, log_mistakes, log_survey, logs, replay
+
+    _check_places(args)
+    machine, settings = _machine(args.machine)
+    columns = {**settings.columns, **_pairs(args.column, "--column")}
+    units = {**settings.units, **_pairs(args.unit, "--unit")}
+    log = logs.Log.open(args.log, machine.n_p, columns, units, args.rate or settings.rate)
+    treatment = replay.Treatment(
+        args.voltage or settings.voltage, args.current or settings.current,
+        args.direction or settings.direction or ("measured" if log.has_speed else "estimated"),
+    )
+    if treatment.direction == "measured" and not log.has_speed:
+        raise InputError("direction = 'measured' takes a recorded speed; name it with --column omega_m=NAME, or say "
+                         "--direction estimated, forward or reverse")
+    found = log_survey.survey(log, (args.gaps or settings.gaps) == "bridge")
+    stretch = found.stretch
+    fit = None if args.trust else log_mistakes.check(stretch, found, machine)
+    u, i = stretch.u_ds + 1j * stretch.u_qs, stretch.i_ds + 1j * stretch.i_qs
+    level = log_check.level(u, i, found.sample_time, machine)
+    bandwidth = settings.bandwidth if args.bandwidth is None else args.bandwidth
+    observers = replay.runners(
+        _observers(args.observer or list(settings.observers)), machine, treatment, found, level, bandwidth=bandwidth,
+        gains={**settings.gains, **_numbers(args.gain, "--gain")},
+        initial={**settings.initial, **_numbers(args.initial, "--initial")},
+    )
+    _tell(args, log, found, treatment, fit, level)
+    with tempfile.TemporaryDirectory(prefix="imo_replay_") as folder:
+        place = args.out or str(Path(folder) / "est.nc")
+        results = _run(args, log, observers, found, machine, treatment, place)
+        verdicts = _excitation(args, place, machine, found, log.has_speed, results)
+        _report(args, results, verdicts)
+        if args.plot:
+            from imo_analysis.commands.output import say
+            from imo_analysis.report.replay_figure import replay_figure, thinned
+            from imo_analysis.report.style import save_svg
+
+            save_svg(replay_figure(thinned(place)), args.plot)
+            say(args, f"wrote {args.plot}")
+    _emit(args, log, found, treatment, fit, level, results, verdicts)
+    return 1 if any(one["lost_at"] is not None for one in results.values()) else 0
+
+
+def _check_places(args: argparse.Namespace) -> None:
+    for name, ending in ((args.out, ".nc"), (args.plot, ".svg")):
+        if name and Path(name).suffix.lower() != ending:
+            raise InputError(f"{name}: the name must end in {ending}")
+        if name and not Path(name).parent.is_dir():
+            raise InputError(f"cannot write {name}: there is no folder {Path(name).parent}; make it or choose another place")
+    if args.every < 1:
+        raise InputError(f"--every {args.every} must be 1 or more")
+
+
+def _machine(name: str) -> tuple[Any, Any]:
+    """The machine and the table ``[replay]`` of a file; a preset has none."""
+    from imo_analysis.files import read_toml
+    from imo_analysis.machine import PRESETS, InductionMachine
+    from imo_analysis.study_tables import read_replay
+
+    if name in PRESETS:
+        return PRESETS[name], read_replay({}, name)
+    data = read_toml(name)
+    return InductionMachine.load(name), read_replay(data.get("replay", {}), name)
+
+
+def _pairs(written: list[str], flag: str) -> dict[str, str]:
+    pairs = {}
+    for text in written:
+        name, equals, value = text.partition("=")
+        if not (equals and name.strip() and value.strip()):
+            raise InputError(f"{flag} {text}: write {flag} NAME=VALUE")
+        pairs[name.strip()] = value.strip()
+    return pairs
+
+
+def _numbers(written: list[str], flag: str) -> dict[str, float]:
+    from imo_analysis.notation import symbol
+    from imo_analysis.quantity import si_value
+
+    pairs = _pairs(written, flag)
+    out = {}
+    for name, text in pairs.items():
+        try:
+            out[name] = float(text)
+        except ValueError:
+            out[name] = si_value(text, symbol(name).unit, f"{flag} {name}")
+        if not math.isfinite(out[name]):
+            raise InputError(f"{flag} {name}={text} must be finite")
+    return out
+
+
+def _observers(written: list[str]) -> list[str]:
+    from imo_analysis.equations.catalogue import OBSERVERS
+
+    names = [name.strip() for text in written for name in text.split(",") if name.strip()]
+    return list(OBSERVERS) if "all" in names else list(dict.fromkeys(names)) or ["repaired"]
+
+
+def _tell(args: argparse.Namespace, log: Any, found: Any, treatment: Any, fit: Any, level: Any) -> None:
+    from imo_analysis.commands.output import say
+
+    end = found.start + found.rows * found.sample_time
+    say(args, f"{log.path}: {found.rows} samples at {1 / found.sample_time:.6g} Hz, {found.start:g} s to {end:.6g} s")
+    for text in log.mapping():
+        say(args, f"  {text}")
+    say(args, f"  {treatment.text}")
+    if found.gaps:
+        say(args, f"  {found.gaps} gap(s) bridged by straight lines")
+    turn = abs(level.stator_frequency) * found.sample_time
+    if turn > 0.3:
+        say(args, f"  coarse: the voltages turn by {turn:.2g} rad a sample, and straight lines between samples miss up to "
+                  f"{100 * turn * turn / 8:.2g} % of them")
+    if fit is not None:
+        say(args, f"  fits the machine: the currents account for {100 * fit.share:.2f} % of the voltages, factor "
+                  f"{abs(fit.factor):.3f}")
+    else:
+        say(args, "  not checked against the machine" + ("" if args.trust else ": nothing turns in it"))
+
+
+def _run(
+    args: argparse.Namespace, log: Any, observers: list[Any], found: Any, machine: Any, treatment: Any, place: str
+) -> dict[str, dict[str, Any]]:
+    import sys
+
+    from imo_analysis.simulation import replay
+    from imo_analysis.simulation.replay_file import write_estimates
+    from imo_analysis.simulation.replay_summary import Tally
+
+    tally = Tally(found, observers)
+    names = [runner.name for runner in observers]
+    attrs = replay.provenance(log, machine, observers, treatment)
+
+    def write(progress: Any = None) -> None:
+        blocks = replay.estimate(log, observers, progress=progress)
+        write_estimates(blocks, place, found.rows, names, attrs, args.every, tally.add)
+
+    if sys.stderr.isatty():
+        from tqdm import tqdm
+
+        with tqdm(total=found.rows, unit=" samples", unit_scale=True, leave=False, delay=0.5) as bar:
+            write(bar.update)
+    else:
+        write()
+    return tally.results(args.after)
+
+
+def _excitation(
+    args: argparse.Namespace, place: str, machine: Any, found: Any, has_speed: bool, results: dict[str, dict[str, Any]]
+) -> dict[str, Any]:
+    """The verdict of each observer that the conditions are about, as `imo excite` gives it; or why there is none."""
+    from imo_analysis.excitation import signals, words
+    from imo_analysis.excitation.trajectory import excitation
+
+    window = args.window or min(0.1, found.rows * found.sample_time / 5)
+    verdicts: dict[str, Any] = {}
+    with signals.open_file(place, machine) as source:
+        known = signals.adaptive_observers(source)
+        for name, one in results.items():
+            if one["lost_at"] is not None:
+                verdicts[name] = {"verdict": f"observer {name} diverged: no verdict"}
+            elif name not in known:
+                verdicts[name] = {"verdict": f"observer {name}: no verdict; (19) is about the adaptive observers with xi_hat"}
+            else:
+                try:
+                    chosen = signals.select(source, name, "true" if has_speed else "estimated")
+                    verdicts[name] = words.summary(excitation(chosen, window, conditions=["reduced"]))
+                except InputError as error:
+                    verdicts[name] = {"verdict": f"observer {name}: no verdict: {error}"}
+    return verdicts
+
+
+def _report(args: argparse.Namespace, results: dict[str, dict[str, Any]], verdicts: dict[str, Any]) -> None:
+    from imo_analysis.commands.output import say
+
+    for name, one in results.items():
+        if one["lost_at"] is not None:
+            say(args, f"{name}: diverged at t = {one['lost_at']:.6g} s; its estimates end there")
+            continue
+        say(args, f"{name}: last omega_hat {one['omega_hat']:.5g} rad/s, current error {100 * one['current_error_share']:.2g} %"
+            if one["current_error_share"] is not None else f"{name}: last omega_hat {one['omega_hat']:.5g} rad/s")
+        if one["speed_error_rms"] is not None:
+            std, mean, rms, peak = (one[f"speed_error_{key}"] for key in ("std", "mean", "rms", "peak"))
+            say(args, f"  {_settled(one['settled_at'])}; from {one['counted_from']:.4g} s on: speed error std {std:.3g}, "
+                      f"mean {mean:.3g}, rms {rms:.3g}, peak {peak:.3g} rad/s")
+        gains = ", ".join(f"{key} = {value:.4g}" for key, value in one["gains"].items())
+        say(args, f"  gains {gains}")
+        say(args, "  " + verdicts[name]["verdict"].replace("\n", "\n  "))
+    if args.out:
+        say(args, f"wrote {args.out}")
+
+
+def _settled(at: float | None) -> str:
+    from imo_analysis.simulation.replay_summary import SETTLED
+
+    band = f"within {100 * SETTLED:g} % of the largest speed"
+    if at is None:
+        return f"never stays {band}"
+    return f"{band} from {at:.4g} s on" if at > 0 else f"{band} from the start"
+
+
+def _emit(
+    args: argparse.Namespace, log: Any, found: Any, treatment: Any, fit: Any, level: Any, results: Any, verdicts: Any
+) -> None:
+    from imo_analysis.commands.output import emit_json
+
+    emit_json(args, "imo-replay/1", {
+        "log": str(log.path), "rows": found.rows, "sample_time": found.sample_time, "start": found.start, "gaps": found.gaps,
+        "columns": [{"role": c.role, "name": c.name, "unit": c.unit} for c in log.columns],
+        "treatment": {"voltage": treatment.voltage, "current": treatment.current, "direction": treatment.direction},
+        "fit": None if fit is None else {"factor": fit.factor, "share": fit.share},
+        "stator_frequency": level.stator_frequency, "flux": level.flux,
+        "observers": results, "excitation": verdicts, "out": args.out, "plot": args.plot,
+    })

@@ -1,0 +1,71 @@
+"""The figure of a replay: estimated speeds beside the recorded one, and their errors."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from imo_analysis.report.style import legend_above, line, new_figure, style
+
+_POINTS = 4000
+
+
+def thinned(path: str | Path) -> Any:
+    """What the figure needs of a result file, one sample in so many that about 4000 are left.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``omega_hat`` (observer, time), and ``omega`` where it was recorded.
+    """
+    import h5netcdf
+    import xarray as xr
+
+    with h5netcdf.File(path, "r") as file:
+        step = max(1, file.dimensions["time"].size // _POINTS)
+        names = [name.decode() if isinstance(name, bytes) else str(name) for name in file.variables["observer"][...]]
+        data: dict[str, Any] = {"omega_hat": (("observer", "time"), file.variables["omega_hat"][:, ::step])}
+        if "omega" in file.variables:
+            data["omega"] = (("time",), file.variables["omega"][::step])
+        return xr.Dataset(data, coords={"time": file.variables["time"][::step], "observer": names})
+
+
+def replay_figure(data: Any, title: str = "") -> Any:
+    """Speeds, and below them the errors where a speed was recorded.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+        From `thinned`, or a whole result.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    measured = "omega" in data
+    figure, axes = new_figure(2 if measured else 1, 1, height=4.8 if measured else 3.2, sharex=True, squeeze=False)
+    time = data["time"].values
+    with style():
+        if measured:
+            axes[0, 0].plot(time, data["omega"].values, label="recorded", **{**line("true").kwargs(), "linewidth": 2.2})
+        largest = []
+        for number, name in enumerate(data["observer"].values):
+            look = line(str(name)) if data.sizes["observer"] <= 4 else line(number)
+            estimate = data["omega_hat"].sel(observer=name).values
+            axes[0, 0].plot(time, estimate, label=str(name), **look.kwargs())
+            if measured:
+                error = estimate - data["omega"].values
+                axes[1, 0].plot(time, error, **{**look.kwargs(), "linewidth": 0.9})
+                settled = np.abs(error[len(error) // 4 :])
+                if np.isfinite(settled).all():
+                    largest.append(float(settled.max()))
+        axes[0, 0].set_ylabel(r"$\hat\omega$ (rad/s, electrical)")
+        if measured:
+            axes[1, 0].set_ylabel(r"$\hat\omega - \omega$ (rad/s)")
+            if largest and max(largest) > 0:
+                axes[1, 0].set_ylim(-2 * max(largest), 2 * max(largest))
+        axes[-1, 0].set_xlabel("time (s)")
+        legend_above(axes[0, 0])
+    return figure
