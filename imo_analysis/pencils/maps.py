@@ -36,6 +36,12 @@ def _axis_label(variable: Any) -> str:
     return label if unit == "1" else f"{label} ({unit})"
 
 
+def _quantity(variable: Any) -> str:
+    """Symbol and unit alone."""
+    unit = variable.attrs.get("units", "1")
+    return f"${variable.attrs.get('latex', variable.name)}$" + ("" if unit == "1" else f" ({unit})")
+
+
 def plot_against(data: xr.Dataset, title: str = "") -> Figure:
     """Real and imaginary parts of the poles against the swept parameter, one line style an observer.
 
@@ -56,8 +62,13 @@ def plot_against(data: xr.Dataset, title: str = "") -> Figure:
             for n, branch in enumerate(part["branch"].values):
                 one = part.sel(branch=branch)
                 text = label if n == 0 else None
-                axes[0].plot(data[over], one["re"], label=text, **line(kind).kwargs())
-                axes[1].plot(data[over], one["im"], **line(kind).kwargs())
+                still = bool(one["neutral"]) if "neutral" in part.coords else False
+                re, im = one["re"].values, one["im"].values
+                gaps = np.flatnonzero(_jumps(data[over].values, re, im)) + 1
+                values, re, im = (np.insert(column.astype(float), gaps, np.nan) for column in (data[over].values, re, im))
+                look = {**line(kind).kwargs(), "linewidth": 0.7 if still else 1.4}
+                axes[0].plot(values, re, label=text, **look)
+                axes[1].plot(values, im, **look)
         axes[0].axhline(0.0, color=LIMIT.color, linewidth=0.8)
         axes[0].set_yscale("symlog", linthresh=10.0, linscale=0.6)  # slow and fast poles differ by two decades
         axes[0].yaxis.set_major_locator(SymmetricalLogLocator(base=10.0, linthresh=10.0, subs=[1.0, 3.0]))
@@ -69,8 +80,15 @@ def plot_against(data: xr.Dataset, title: str = "") -> Figure:
     return figure
 
 
+def _jumps(values: np.ndarray, re: np.ndarray, im: np.ndarray) -> np.ndarray:
+    """Which steps are jumps: where the direction of rotation changes, poles move with the sign that the observer is told."""
+    step = np.abs(np.diff(re + 1j * im))
+    turns = np.signbit(values[1:]) != np.signbit(values[:-1])
+    return turns & (step > 10 * np.median(step) + 1e-9) if len(step) else turns
+
+
 def plot_plane(
-    data: xr.Dataset, title: str = "", marks: Any = (30.0, 60.0, 100.0), printed: xr.Dataset | None = None
+    data: xr.Dataset, title: str = "", marks: Any = None, printed: xr.Dataset | None = None
 ) -> Figure:
     """Paths of the poles in the s-plane, a panel an observer, coloured by the swept parameter, arrows towards its rise.
 
@@ -80,8 +98,9 @@ def plot_plane(
         From `pole_sweep` or `sweep_observers`.
     title : str
         Above the picture.
-    marks : sequence of float
-        Values of the swept parameter that get a filled marker where the data set has them.
+    marks : sequence of float, optional
+        Values of the swept parameter that get a marker where the data set has them. Where left out: 30, 60 and 100 rad/s
+        for a sweep over the speed, and both ends and the middle for any other.
     printed : xarray.Dataset, optional
         From `imo_analysis.pencils.table2.table2`: the printed eigenvalues are drawn as crosses in the panel of their observer.
     """
@@ -94,12 +113,18 @@ def plot_plane(
     rows = -(-len(observers) // columns)
     figure, axes = new_figure(rows, columns, width=2.4 + 2.6 * columns, height=0.7 + 3.1 * rows, squeeze=False)
     values = data[over].values
+    if marks is None:
+        marks = (30.0, 60.0, 100.0) if over == "omega" else tuple(values[[0, len(values) // 2, -1]])
     colours = Normalize(float(values.min()), float(values.max()) if len(values) > 1 else float(values.min()) + 1.0)
     with style():
         mapping = ScalarMappable(colours, "cividis")
         for ax, (label, part) in zip(axes.flat, observers, strict=False):
             for branch in part["branch"].values:
-                _path(ax, part.sel(branch=branch), values, mapping, marks)
+                one = part.sel(branch=branch)
+                if "neutral" in part.coords and bool(one["neutral"]):
+                    ax.plot(one["re"].values[[0, -1]], one["im"].values[[0, -1]], "+", color="#1a1a1a", markersize=7, zorder=3)
+                else:
+                    _path(ax, one, values, mapping, marks)
             if printed is not None and label in printed["observer"].values:
                 cells = printed.sel(observer=label)
                 ax.plot(cells["printed_re"].values.ravel(), cells["printed_im"].values.ravel(), "x", color="#D55E00",
@@ -112,7 +137,7 @@ def plot_plane(
             ax.set_axis_off()
         for row in axes:
             row[0].set_ylabel("imaginary part (rad/s)")
-        handles, labels = _key(axes.flat[0], marks, over, data)
+        handles, labels = _key(marks, over, data)
         shown = [ax for ax in axes.flat if ax.get_legend_handles_labels()[1]]
         if shown:
             more, names = shown[0].get_legend_handles_labels()
@@ -120,7 +145,7 @@ def plot_plane(
         if handles:
             figure.legend(handles, labels, loc="outside upper left", ncols=5, frameon=False, title=title or None,
                           alignment="left", columnspacing=1.2)
-        figure.colorbar(mapping, ax=axes, label=_axis_label(data[over]), shrink=0.85, pad=0.02)
+        figure.colorbar(mapping, ax=axes, label=_quantity(data[over]), shrink=0.85, pad=0.02)
     return figure
 
 
@@ -136,7 +161,8 @@ def _path(ax: Axes, one: xr.Dataset, values: np.ndarray, mapping: Any, marks: An
         segments = np.stack([points[:-1], points[1:]], axis=1)
         middle = 0.5 * (values[:-1] + values[1:])
         # the poles at -omega are those at omega: the wide line below shows beside the thin one above
-        for part, width in ((middle < 0, 4.0), (middle >= 0, 1.4)):
+        whole = ~_jumps(values, x, y)
+        for part, width in ((whole & (middle < 0), 4.0), (whole & (middle >= 0), 1.4)):
             ax.add_collection(LineCollection(list(segments[part]), colors=mapping.to_rgba(middle[part]), linewidths=width))
         _arrow(ax, points)
     at = np.flatnonzero(np.isin(np.round(values, 9), np.round(np.asarray(marks, dtype=float), 9)))
@@ -159,14 +185,19 @@ def _arrow(ax: Axes, points: np.ndarray) -> None:
                             "shrinkA": 0, "shrinkB": 0})
 
 
-def _key(ax: Axes, marks: Any, over: str, data: xr.Dataset) -> tuple[list[Any], list[str]]:
+def _key(marks: Any, over: str, data: xr.Dataset) -> tuple[list[Any], list[str]]:
     """Handles and texts for the marked values that the sweep holds."""
     from matplotlib.lines import Line2D
 
-    unit = data[over].attrs.get("units", "")
+    unit = data[over].attrs.get("units", "1")
+    sign = f"${data[over].attrs.get('latex', over)}$"
     have = [m for m in marks if np.any(np.isclose(data[over].values, m, atol=1e-9))]
     handles = [
         Line2D([], [], linestyle="none", marker="os^Dv"[list(marks).index(m) % 5], color="#cccccc", markeredgecolor="#1a1a1a",
                markersize=5) for m in have
     ]
-    return handles, [f"{m:g} {unit}" for m in have]
+    texts = [f"{sign} = {m:g}" + ("" if unit == "1" else f" {unit}") for m in have]
+    if "neutral" in data.coords and bool(data["neutral"].any()):
+        handles.append(Line2D([], [], linestyle="none", marker="+", color="#1a1a1a", markersize=7))
+        texts.append("on the axis by structure")
+    return handles, texts
