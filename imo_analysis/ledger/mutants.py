@@ -99,7 +99,7 @@ def try_mutants(claims: Iterable[Claim], kernels: Sequence[str | Kernel]) -> Mut
         if confirmed_by == len(kernels):
             report.equivalent.append(text)
         else:
-            report.missed.append(f"equal at {_POINTS} points, but confirmed by {confirmed_by} of {len(kernels)} kernels: {text}")
+            report.missed.append(f"equal at {_POINTS} points, but confirmed by {confirmed_by} of {len(kernels)}: {text}")
     report.seconds = time.perf_counter() - start
     return report
 

@@ -76,7 +76,8 @@ def _changed(tree: Expr, known: Callable[[str], bool], term: bool) -> Iterator[t
         assert isinstance(power, Number)
         for new in (power.value + 1, power.value - 1):
             yield f"exponent {power.value} of {base} to {new}", base ** int(new)
-        yield from ((what, Op("**", (a, power))) for what, a in _changed(base, known, False) if not what.startswith("exponent 1 "))
+        inner = ((what, a) for what, a in _changed(base, known, False) if not what.startswith("exponent 1 "))
+        yield from ((what, Op("**", (a, power))) for what, a in inner)
     elif tree.kind == "abs":
         yield f"absolute value of {tree.args[0]}", tree.args[0]
         yield from ((what, abs(a)) for what, a in _changed(tree.args[0], known, False))

@@ -54,7 +54,8 @@ def truth(setting: Setting, hypotheses: Sequence[Relation], relations: Sequence[
     try:
         if not all(true_at(one, values) for one in hypotheses):
             return None
-        return all([true_at(one, values) for one in relations])
+        answers = [true_at(one, values) for one in relations]  # all of them, since any may lack a value
+        return all(answers)
     except ZeroDivisionError:
         return None
 

@@ -31,9 +31,9 @@ def machine(omega_1: str = "0") -> Setting:
     """
     frame: Any = 0 if omega_1 == "0" else Name(omega_1)
     flux = names("phi_dr phi_qr")
-    z_1, z_2 = transformation.to_z(*CURRENTS, *flux, Name("beta"))
+    z_1, z_2 = transformation.to_z(*(*CURRENTS, *flux, Name("beta")))
     rates = plant.plant((*CURRENTS, *flux, Name("omega")), VOLTAGES, frame, Name("T_l"), (*MACHINE, *names("mu n_p J")))
-    z_rates = transformation.to_z(*(Name(f"{one}_dot") for one in ("i_ds", "i_qs", "phi_dr", "phi_qr")), Name("beta"))
+    z_rates = transformation.to_z(*names("i_ds_dot i_qs_dot phi_dr_dot phi_qr_dot beta"))
     defined: dict[str, Any] = {
         "gamma": parameters.current_decay(*names("R_s L_m sigma alpha beta")), "z_1": z_1, "z_2": z_2,
         **_rates(("i_ds", "i_qs", "phi_dr", "phi_qr", "omega"), rates), "z_1_dot": z_rates[0], "z_2_dot": z_rates[1],
@@ -76,7 +76,7 @@ def errors(observer: str = "consistent_12") -> Setting:
     currents_error = (CURRENTS[0] - FULL[0], CURRENTS[1] - FULL[1])
     alpha_law = Name("g") * adaptive.alpha_signal(currents_error, CURRENTS, FULL[4:6], Name("beta"), Name("L_m"))
     true = plant.plant_z((*CURRENTS, *Z), VOLTAGES, Name("omega"), 0, MACHINE)
-    flux = transformation.from_z(*CURRENTS, *Z, Name("beta"))
+    flux = transformation.from_z(*(*CURRENTS, *Z, Name("beta")))
     defined: dict[str, Any] = {
         **_errors(_FULL_TRUE), "phi_dr": flux[0], "phi_qr": flux[1],
         **_rates(("i_ds", "i_qs", "z_1", "z_2"), true), "xi_1_dot": true[2], "xi_2_dot": true[3],

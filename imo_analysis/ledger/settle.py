@@ -165,7 +165,8 @@ def _detail(question: Question, kernels: Sequence[Kernel]) -> dict[str, Any]:
         names = dict.fromkeys([*free_names(relation.left), *free_names(relation.right)])
         shown = next((kernel for kernel in reversed(kernels) if isinstance(kernel, FieldKernel)), None)
         residual = shown.residual(setting, relation) if shown else []
-        return {"residual": " | ".join(dict.fromkeys(residual)), "point": {name: str(value) for name, value in question.point.items()},
+        return {"residual": " | ".join(dict.fromkeys(residual)),
+                "point": {name: str(value) for name, value in question.point.items()},
                 "values": {name: str(values[name]) for name in names if name not in question.point},
                 "left": str(left), "right": str(right)}
     if question.kind == "squares":

@@ -1,0 +1,386 @@
+"""Every definition of ``equations/`` a second time, in complex numbers x = x_d + j x_q: the oracle that d/q forms must meet.
+
+Written from vector equations, not from the d/q rows. Arithmetic is exact (fractions), but for means over a period, which are
+sums of floats. Used to kill mutants of the definitions and in the tests; nothing else is computed from it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+from random import Random
+from typing import Any
+
+
+class Gauss:
+    """A complex number with exact parts."""
+
+    __slots__ = ("im", "re")
+
+    def __init__(self, re: Any, im: Any = 0) -> None:
+        self.re, self.im = re, im
+
+    def __add__(self, other: Any) -> Gauss:
+        other = _gauss(other)
+        return Gauss(self.re + other.re, self.im + other.im)
+
+    def __sub__(self, other: Any) -> Gauss:
+        return self + _gauss(other) * -1
+
+    def __mul__(self, other: Any) -> Gauss:
+        other = _gauss(other)
+        return Gauss(self.re * other.re - self.im * other.im, self.re * other.im + self.im * other.re)
+
+    __radd__ = __add__
+    __rmul__ = __mul__
+
+    def __neg__(self) -> Gauss:
+        return self * -1
+
+    def __truediv__(self, other: Any) -> Gauss:
+        other = _gauss(other)
+        size = other.re**2 + other.im**2
+        return self * Gauss(Fraction(other.re) / size, -Fraction(other.im) / size)
+
+    def conjugate(self) -> Gauss:
+        """x_d - j x_q."""
+        return Gauss(self.re, -self.im)
+
+    @property
+    def pair(self) -> tuple[Any, Any]:
+        """(x_d, x_q)."""
+        return self.re, self.im
+
+
+def _gauss(value: Any) -> Gauss:
+    return value if isinstance(value, Gauss) else Gauss(value)
+
+
+J = Gauss(0, 1)
+
+
+def cross(a: Gauss, b: Gauss) -> Any:
+    """Im(conj(a) b), the moment of b about a."""
+    return (a.conjugate() * b).im
+
+
+def dot(a: Gauss, b: Gauss) -> Any:
+    """Re(conj(a) b)."""
+    return (a.conjugate() * b).re
+
+
+@dataclass(frozen=True)
+class Form:
+    """The oracle of one definition.
+
+    Attributes
+    ----------
+    module, function : str
+    shape : tuple of int
+        One entry an argument: 0 for a scalar, n for a tuple of n scalars.
+    value : callable
+        The complex form, on the same arguments.
+    arguments : callable, optional
+        Makes arguments from a `Random` where they must satisfy a relation.
+    """
+
+    module: str
+    function: str
+    shape: tuple[int, ...]
+    value: Callable[..., Any]
+    arguments: Callable[[Random], tuple[Any, ...]] | None = None
+
+    def sample(self, random: Random) -> tuple[Any, ...]:
+        """Arguments at random: fractions that are not zero, of both signs."""
+        if self.arguments:
+            return self.arguments(random)
+
+        def one() -> Fraction:
+            return Fraction(random.choice((-1, 1)) * random.randint(1, 60), random.randint(1, 12))
+
+        return tuple(one() if size == 0 else tuple(one() for _ in range(size)) for size in self.shape)
+
+    def meets(self, function: Callable[..., Any], random: Random, points: int = 4) -> bool:
+        """Whether a function gives the values of the complex form; one that fails to compute does not."""
+        for _ in range(points):
+            arguments = self.sample(random)
+            expected = flat(self.value(*arguments))
+            try:
+                found = flat(function(*arguments))
+            except Exception:  # a mutant may fail in any way, and each is a kill
+                return False
+            if len(found) != len(expected) or not all(map(_same, found, expected)):
+                return False
+        return True
+
+
+def _same(a: Any, b: Any) -> bool:
+    if isinstance(a, float) or isinstance(b, float):
+        return isinstance(a, (int, float, Fraction)) and math.isclose(a, b, rel_tol=1e-9, abs_tol=1e-12)
+    return bool(a == b)
+
+
+def flat(value: Any) -> list[Any]:
+    """The scalars in nested tuples and complex numbers, in order."""
+    if isinstance(value, Gauss):
+        return [value.re, value.im]
+    if isinstance(value, (tuple, list)):
+        return [one for part in value for one in flat(part)]
+    return [value]
+
+
+# ------------------------------------------------------------------------------------------- parameters, machine
+
+
+def _plant(x: Any, u: Any, omega_1: Any, T_l: Any, p: Any) -> Any:
+    R_s, L_m, sigma, beta, alpha, mu, n_p, inertia = p
+    i, phi, omega = Gauss(*x[:2]), Gauss(*x[2:4]), x[4]
+    rotor = Gauss(alpha, -omega)
+    return (
+        i * -(R_s / sigma + alpha * beta * L_m) - J * omega_1 * i + rotor * phi * beta + Gauss(*u) / sigma,
+        -(rotor * phi) - J * omega_1 * phi + i * (alpha * L_m),
+        mu * cross(phi, i) - n_p / inertia * T_l,
+    )
+
+
+def _plant_z(x: Any, u: Any, omega: Any, omega_1: Any, p: Any) -> Any:
+    R_s, L_m, sigma, beta, alpha = p[:5]
+    i, z = Gauss(*x[:2]), Gauss(*x[2:])
+    stator = (Gauss(*u) - i * R_s) / sigma
+    flux = z - i  # beta phi
+    return (stator - i * (alpha * beta * L_m) + Gauss(alpha, -omega) * flux - J * omega_1 * i, stator - J * omega_1 * z)
+
+
+# ------------------------------------------------------------------------------------------- observers
+
+
+def _full(x: Any, i: Any, u: Any, p: Any, gains: Any, feedback: Gauss, sign: Any) -> Any:
+    R_s, L_m, sigma, beta, _ = p
+    k_1, _, k_3, g, K_p, alpha_l, delta = gains
+    i_hat, z_hat, xi_hat, alpha_hat, omega_hat = Gauss(*x[:2]), Gauss(*x[2:4]), Gauss(*x[4:6]), x[6], x[7]
+    current, voltage = Gauss(*i), Gauss(*u)
+    error = current - i_hat
+    stator = (voltage - current * R_s) / sigma
+    direction = xi_hat - current * (1 + beta * L_m)
+    return (
+        (voltage - i_hat * R_s) / sigma + direction * alpha_hat + J * omega_hat * (i_hat - z_hat) + error * k_1,
+        stator + feedback, stator + error * k_3,
+        _projection(g * dot(error, direction), alpha_hat, alpha_l, delta),
+        K_p * sign * cross(i_hat - z_hat, error),
+    )
+
+
+def _z_feedback(which: str, error: Gauss, k: Any, w: Any) -> Gauss:
+    factor = {"printed_7": -k * w, "printed_L": -k * w, "consistent_12": k * w}[which]
+    return error.conjugate() * factor if which == "printed_7" else J * error * factor
+
+
+def _feedback(which: str) -> Callable[..., Any]:
+    return lambda a, b, k, w: _z_feedback(which, Gauss(a, b), k, w)
+
+
+def _adaptive(which: str) -> Callable[..., Any]:
+    def form(x: Any, i: Any, u: Any, direction: Any, p: Any, gains: Any) -> Any:
+        error = Gauss(*i) - Gauss(*x[:2])
+        return _full(x, i, u, p, gains, _z_feedback(which, error, gains[1], x[7]), direction)
+
+    return form
+
+
+def _repaired(x: Any, i: Any, u: Any, direction: Any, p: Any, gains: Any) -> Any:
+    return _full(x, i, u, p, gains, J * (Gauss(*i) - Gauss(*x[:2])) * (gains[1] * direction), 1)
+
+
+def _known_alpha(x: Any, i: Any, u: Any, p: Any, gains: Any, feedback: Gauss, sign: Any) -> Any:
+    R_s, L_m, sigma, beta, alpha = p
+    k_1, _, K_p = gains
+    i_hat, z_hat, current = Gauss(*x[:2]), Gauss(*x[2:4]), Gauss(*i)
+    error = current - i_hat
+    return (
+        (Gauss(*u) - i_hat * R_s) / sigma - current * (alpha * (1 + beta * L_m)) + Gauss(alpha, -x[4]) * z_hat
+        + J * x[4] * i_hat + error * k_1,
+        (Gauss(*u) - current * R_s) / sigma + feedback,
+        K_p * sign * cross(i_hat - z_hat, error),
+    )
+
+
+def _luenberger(which: str) -> Callable[..., Any]:
+    def form(x: Any, i: Any, u: Any, direction: Any, p: Any, gains: Any) -> Any:
+        error = Gauss(*i) - Gauss(*x[:2])
+        return _known_alpha(x, i, u, p, gains, _z_feedback(which, error, gains[1], x[4]), direction)
+
+    return form
+
+
+def _baseline(x: Any, i: Any, u: Any, direction: Any, p: Any, gains: Any) -> Any:
+    R_s, L_m, sigma, beta, alpha = p
+    i_hat, phi_hat = Gauss(*x[:2]), Gauss(*x[2:4])
+    error = Gauss(*i) - i_hat
+    rotor = Gauss(alpha, -x[4]) * phi_hat
+    return (
+        (Gauss(*u) - i_hat * (R_s + sigma * alpha * beta * L_m)) / sigma + rotor * beta + Gauss(gains[0], gains[1]) * error,
+        i_hat * (alpha * L_m) - rotor + Gauss(gains[2], gains[3]) * error,
+        gains[4] * beta * cross(error, phi_hat),
+    )
+
+
+def _layer(alpha_hat: Any, alpha_l: Any, delta: Any) -> Any:
+    return (alpha_l - alpha_hat) * (alpha_l + alpha_hat) / (delta * (2 * alpha_l - delta))
+
+
+def _projection(rho: Any, alpha_hat: Any, alpha_l: Any, delta: Any) -> Any:
+    p = _layer(alpha_hat, alpha_l, delta)
+    return rho if p <= 0 or rho >= 0 else (1 - p) * rho
+
+
+def _flux(i_d: Any, i_q: Any, z_1: Any, z_2: Any, xi_1: Any, xi_2: Any, alpha: Any, omega: Any, beta: Any) -> Gauss:
+    w = Gauss(xi_1, xi_2) * alpha - J * omega * Gauss(z_1, z_2)
+    return (w / Gauss(alpha, -omega) - Gauss(i_d, i_q)) / beta
+
+
+# ------------------------------------------------------------------------------------------- Lyapunov, excitation
+
+
+def _square(re: Any, im: Any) -> Any:
+    return dot(Gauss(re, im), Gauss(re, im))
+
+
+def _corrected_13(i_d: Any, i_q: Any, z_1: Any, z_2: Any, xi_1: Any, xi_2: Any, a: Any, w: Any, alpha: Any, omega: Any,
+                  omega_hat: Any, k_2: Any, k_3: Any, g: Any, K_p: Any) -> Any:
+    return (_square(i_d, i_q) + omega / omega_hat / k_2 * _square(z_1, z_2) + alpha / k_3 * _square(xi_1, xi_2)
+            + a * a / g + w * w / K_p) / 2
+
+
+def _with_direction(i_d: Any, i_q: Any, z_1: Any, z_2: Any, xi_1: Any, xi_2: Any, a: Any, w: Any, alpha: Any, omega: Any,
+                    s: Any, kappa: Any, k_3: Any, g: Any, K_p: Any) -> Any:
+    return (_square(i_d, i_q) + s * omega / kappa * _square(z_1, z_2) + alpha / k_3 * _square(xi_1, xi_2)
+            + a * a / g + w * w / K_p) / 2
+
+
+def _reduced_v(i_d: Any, i_q: Any, w_1: Any, w_2: Any, a: Any, w: Any, c: Any, g: Any, K_p: Any) -> Any:
+    return (_square(i_d, i_q) + _square(w_1, w_2) / c + a * a / g + w * w / K_p) / 2
+
+
+def _regressor(rows: Callable[..., list[Gauss]]) -> Callable[..., Any]:
+    """The two real rows of a list of complex columns."""
+    def form(i: Any, i_hat: Any, z_hat: Any, xi_hat: Any, alpha: Any, omega: Any, beta: Any, L_m: Any) -> Any:
+        v_1 = Gauss(*xi_hat) - Gauss(*i) * (1 + beta * L_m)
+        v_2 = -J * (Gauss(*z_hat) - Gauss(*i_hat))
+        columns = rows(v_1, v_2, alpha, omega)
+        return tuple(one.re for one in columns), tuple(one.im for one in columns)
+
+    return form
+
+
+def _six(v_1: Gauss, v_2: Gauss, alpha: Any, omega: Any) -> list[Gauss]:
+    """alpha xi_tilde - j omega z_tilde + v_1 alpha_tilde + v_2 omega_tilde, column by column."""
+    return [Gauss(alpha), J * alpha, -J * omega, -J * J * omega, v_1, v_2]
+
+
+# ------------------------------------------------------------------------------------------- steady states
+
+
+def _mean(of: Callable[[float], float], samples: int = 240) -> float:
+    """Mean over a period; for these smooth periodic functions the plain average converges geometrically."""
+    return sum(of(2 * math.pi * n / samples) for n in range(samples)) / samples
+
+
+def _gram(psi: Any, depth: Any, frequency: Any, slip: Callable[[float], float], alpha: Any, beta: Any) -> Any:
+    def flux(angle: float) -> complex:
+        return complex(psi) * (1 + depth * math.cos(angle))
+
+    def v_1(angle: float) -> complex:
+        rate = -float(psi * depth * frequency) * math.sin(angle)
+        return -float(beta / alpha) * (rate + 1j * slip(angle) * flux(angle))
+
+    def v_2(angle: float) -> complex:
+        return -1j * float(beta) * flux(angle)
+
+    return tuple(_mean(lambda t, a=a, b=b: (a(t).conjugate() * b(t)).real) for a, b in ((v_1, v_1), (v_1, v_2), (v_2, v_2)))
+
+
+def _gram_torque(psi: Any, depth: Any, root: Any, frequency: Any, slip: Any, alpha: Any, beta: Any) -> Any:
+    return _gram(psi, depth, frequency, lambda t: float(slip) / (1 + float(depth) * math.cos(t)) ** 2, alpha, beta)
+
+
+def _gram_arguments(random: Random) -> tuple[Any, ...]:
+    depth, root = random.choice(((Fraction(3, 5), Fraction(4, 5)), (Fraction(5, 13), Fraction(12, 13))))
+    psi, frequency, slip, alpha, beta = (Fraction(random.randint(2, 30), random.randint(2, 9)) for _ in range(5))
+    return psi, depth, root, frequency, slip, alpha, beta
+
+
+def _information(psi: Any, beta: Any, stator_frequency: Any, duration: Any, cosine: Any) -> float:
+    """Schur complement of [[T, 0, a], [0, T, b], [a, b, c]] with v_2 turning at the stator frequency."""
+    angle, size = float(stator_frequency * duration), float(beta * psi)
+    a = size * math.sin(angle) / float(stator_frequency)
+    b = size * (1 - math.cos(angle)) / float(stator_frequency)
+    return size**2 * float(duration) - (a * a + b * b) / float(duration)
+
+
+def _information_arguments(random: Random) -> tuple[Any, ...]:
+    psi, beta, frequency, duration = (Fraction(random.randint(2, 30), random.randint(2, 9)) for _ in range(4))
+    return psi, beta, frequency, duration, math.cos(frequency * duration)
+
+
+_OBSERVER = (8, 2, 2, 0, 5, 7)
+_SEVEN = (5, 2, 2, 0, 5, 3)
+_ROWS = (2, 2, 2, 2, 0, 0, 0, 0)
+_CONVENTIONS = ("printed_7", "printed_L", "consistent_12")
+
+FORMS: tuple[Form, ...] = (
+    Form("parameters", "leakage", (0, 0, 0), lambda L_s, L_m, L_r: L_s - L_m**2 / L_r),
+    Form("parameters", "rotor_rate", (0, 0), lambda R_r, L_r: 1 / (L_r / R_r)),
+    Form("parameters", "coupling", (0, 0, 0), lambda L_m, sigma, L_r: L_m / L_r / sigma),
+    Form("parameters", "current_decay", (0,) * 5,
+         lambda R_s, L_m, sigma, alpha, beta: (R_s + sigma * alpha * beta * L_m) / sigma),
+    Form("parameters", "torque_gain", (0,) * 4,
+         lambda n_p, L_m, L_r, inertia: Fraction(3, 2) * n_p**2 * L_m / L_r / inertia),
+    Form("plant", "plant", (5, 2, 0, 0, 8), _plant),
+    Form("plant", "plant_z", (4, 2, 0, 0, 5), _plant_z),
+    Form("plant", "torque", (4, 0, 0, 0),
+         lambda x, n_p, L_m, L_r: Fraction(3, 2) * n_p * L_m / L_r * cross(Gauss(*x[2:]), Gauss(*x[:2]))),
+    Form("transformation", "to_z", (0,) * 5, lambda a, b, c, d, beta: Gauss(a, b) + Gauss(c, d) * beta),
+    Form("transformation", "from_z", (0,) * 5, lambda a, b, c, d, beta: (Gauss(c, d) - Gauss(a, b)) / beta),
+    Form("transformation", "reconstructed_flux", (0,) * 9, _flux),
+    Form("projection", "positive_part", (0,), lambda v: max(v, Fraction(0))),
+    Form("projection", "layer", (0, 0, 0), _layer),
+    Form("projection", "projection", (0,) * 4, _projection),
+    *(Form("feedback", f"feedback_{which}", (0,) * 4, _feedback(which)) for which in _CONVENTIONS),
+    Form("adaptive", "alpha_signal", (2, 2, 2, 0, 0),
+         lambda e, i, xi, beta, L_m: dot(Gauss(*e), Gauss(*xi) - Gauss(*i) * (1 + beta * L_m))),
+    Form("adaptive", "speed_signal", (2, 2, 2), lambda e, i_hat, z_hat: cross(Gauss(*i_hat) - Gauss(*z_hat), Gauss(*e))),
+    Form("adaptive", "adaptive", (8, 2, 2, 5, 7, 2, 0), lambda x, i, u, p, k, f, s: _full(x, i, u, p, k, Gauss(*f), s)),
+    *(Form("adaptive", which, _OBSERVER, _adaptive(which)) for which in _CONVENTIONS),
+    Form("repaired", "repaired", _OBSERVER, _repaired),
+    Form("luenberger", "luenberger", (5, 2, 2, 5, 3, 2, 0),
+         lambda x, i, u, p, k, f, s: _known_alpha(x, i, u, p, k, Gauss(*f), s)),
+    *(Form("luenberger", f"luenberger_{which}", _SEVEN, _luenberger(which)) for which in _CONVENTIONS),
+    Form("baseline", "baseline", (5, 2, 2, 0, 5, 5), _baseline),
+    Form("lyapunov", "corrected_13", (0,) * 15, _corrected_13),
+    Form("lyapunov", "with_direction", (0,) * 15, _with_direction),
+    Form("lyapunov", "reduced", (0,) * 9, _reduced_v),
+    Form("lyapunov", "observable", (0,) * 6,
+         lambda z_1, z_2, x_1, x_2, alpha, omega: Gauss(x_1, x_2) * alpha - J * omega * Gauss(z_1, z_2)),
+    Form("lyapunov", "conserved", (0,) * 7,
+         lambda z_1, z_2, x_1, x_2, kappa, k_3, s: Gauss(z_1, z_2) * k_3 - J * kappa * s * Gauss(x_1, x_2)),
+    Form("excitation", "alpha_direction", (2, 2, 0, 0),
+         lambda i, xi, beta, L_m: Gauss(*xi) - Gauss(*i) * (1 + beta * L_m)),
+    Form("excitation", "speed_direction", (2, 2), lambda i_hat, z_hat: -J * (Gauss(*z_hat) - Gauss(*i_hat))),
+    Form("excitation", "corrected_19", _ROWS, _regressor(_six)),
+    Form("excitation", "printed_19", _ROWS,
+         _regressor(lambda v_1, v_2, alpha, omega: [*_six(v_1, v_2, alpha, omega)[:5], v_2.conjugate()])),
+    Form("excitation", "reduced", _ROWS, _regressor(lambda v_1, v_2, alpha, omega: [Gauss(1), J, v_1, v_2])),
+    Form("steady_state", "current_of_flux", (0,) * 5,
+         lambda psi, rate, slip, alpha, L_m: (Gauss(rate, slip * psi) / alpha + psi) / L_m),
+    Form("steady_state", "regressors_of_flux", (0,) * 5,
+         lambda psi, rate, slip, alpha, beta: (Gauss(rate, slip * psi) * -beta / alpha, -J * beta * psi)),
+    Form("steady_state", "gram_constant_slip", (0,) * 6,
+         lambda psi, depth, frequency, slip, alpha, beta: _gram(psi, depth, frequency, lambda t: float(slip), alpha, beta)),
+    Form("steady_state", "gram_constant_torque", (0,) * 7, _gram_torque, _gram_arguments),
+    Form("steady_state", "determinant", (3,), lambda g: -cross(Gauss(g[1], g[2]), Gauss(g[0], g[1]))),
+    Form("steady_state", "slip_of_torque", (0,) * 5,
+         lambda torque, psi, n_p, L_r, alpha: torque / (Fraction(3, 2) * n_p * psi**2 / (alpha * L_r))),
+    Form("steady_state", "speed_information", (0,) * 5, _information, _information_arguments),
+)
