@@ -301,6 +301,10 @@ def _gram(psi: Any, depth: Any, frequency: Any, slip: Callable[[float], float], 
     return tuple(_mean(lambda t, a=a, b=b: (a(t).conjugate() * b(t)).real) for a, b in ((v_1, v_1), (v_1, v_2), (v_2, v_2)))
 
 
+def _gram_slip(psi: Any, depth: Any, frequency: Any, slip: Any, alpha: Any, beta: Any) -> Any:
+    return _gram(psi, depth, frequency, lambda t: float(slip), alpha, beta)
+
+
 def _gram_torque(psi: Any, depth: Any, root: Any, frequency: Any, slip: Any, alpha: Any, beta: Any) -> Any:
     return _gram(psi, depth, frequency, lambda t: float(slip) / (1 + float(depth) * math.cos(t)) ** 2, alpha, beta)
 
@@ -376,8 +380,7 @@ FORMS: tuple[Form, ...] = (
          lambda psi, rate, slip, alpha, L_m: (Gauss(rate, slip * psi) / alpha + psi) / L_m),
     Form("steady_state", "regressors_of_flux", (0,) * 5,
          lambda psi, rate, slip, alpha, beta: (Gauss(rate, slip * psi) * -beta / alpha, -J * beta * psi)),
-    Form("steady_state", "gram_constant_slip", (0,) * 6,
-         lambda psi, depth, frequency, slip, alpha, beta: _gram(psi, depth, frequency, lambda t: float(slip), alpha, beta)),
+    Form("steady_state", "gram_constant_slip", (0,) * 6, _gram_slip),
     Form("steady_state", "gram_constant_torque", (0,) * 7, _gram_torque, _gram_arguments),
     Form("steady_state", "determinant", (3,), lambda g: -cross(Gauss(g[1], g[2]), Gauss(g[0], g[1]))),
     Form("steady_state", "slip_of_torque", (0,) * 5,
