@@ -2,7 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from imo_analysis.paper.item import Item, Row
+
+@dataclass(frozen=True)
+class Figure:
+    """A figure by its caption: number, steps of the speed reference in rad/s, whether alpha is biased in it."""
+
+    number: int
+    steps: tuple[int, int]
+    alpha_biased: bool
+
+
+# The figures themselves are lost in the scan, and so is the caption of Fig. 1, whose steps the text gives.
+FIGURES: tuple[Figure, ...] = (Figure(1, (50, 100), False), Figure(2, (20, 40), False), Figure(3, (40, 100), True))
+COMPARED_IN = (2, 3)  # the figures that the text names for the comparison with unbiased parameters
 
 STATEMENTS: tuple[Item, ...] = (
     Item("baseline-not-convergent", "", "Section II-B, below (4)",

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 from imo_analysis.ledger.claim import Claim, Computed, Verdict
 from imo_analysis.ledger.setting import Setting, setting
 from imo_analysis.paper.contents import item, row
+from imo_analysis.paper.item import Row
 
 # For statements without formulas of their own.
 WORDS: Setting = setting("words", "no formulas of its own")
@@ -24,7 +24,7 @@ def claim(identifier: str, title: str, expected: Verdict, where: Setting = WORDS
     Parameters
     ----------
     identifier : str
-        Id in `paper.contents`; also the claim's id.
+        Id in `paper.contents`, or ``item.aspect`` for something that an item says besides its rows; also the claim's id.
     title : str
     expected : Verdict
     where : Setting
@@ -37,7 +37,7 @@ def claim(identifier: str, title: str, expected: Verdict, where: Setting = WORDS
         text, scan = "", ""
     except KeyError:
         found = item(names[0])
-        line = row(identifier)
+        line = next((one for one in found.rows if one.name == ".".join(names[1:])), Row(""))
         text, scan = line.text, line.scan
     fields: dict[str, Any] = {"printed": text or (), "prose": found.says, **more}
     if scan:
@@ -79,7 +79,3 @@ def shapes(role: str, text: str, result: Shape, *products: tuple[Shape, ...]) ->
     """A check of matrix shapes; its failing variant drops a row of the result."""
     return Computed(role, text, fits, exact=True, arguments=(result, *products), failing=((result[0] - 1, result[1]), *products))
 
-
-def with_note(one: Claim, note: str) -> Claim:
-    """The claim with a sentence added to its note."""
-    return replace(one, note=f"{one.note} {note}".strip())
