@@ -6,8 +6,8 @@ import argparse
 import sys
 import time
 
-DESCRIPTION = """Writes the dossier of a study into a folder: index.html (one file, opens from disk), ledger.json, table2.csv, the
-pole sweep, the runs as NetCDF and CSV, and every figure as SVG. Without a study it takes the paper's own."""
+DESCRIPTION = """Writes the dossier of a study into a folder: index.html (one file, opens from disk), ledger.json, table2.csv,
+the pole sweep, the runs as NetCDF and CSV, and every figure as SVG. Without a study it takes the paper's own."""
 EXAMPLE = "  imo report study.toml --out dossier"
 
 
@@ -15,6 +15,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The options."""
     parser.add_argument("study", nargs="?", help="study file (TOML); the paper's own study when left out")
     parser.add_argument("--out", default="imo-report", metavar="DIR", help="folder to write to (default: imo-report)")
+    parser.add_argument("--without-runs", action="store_true", help="leave out NetCDF and CSV of runs and pole sweep (20 MB)")
     parser.add_argument("--quiet", action="store_true", help="no lines of progress")
 
 
@@ -32,14 +33,15 @@ def run(args: argparse.Namespace) -> int:
         if not args.quiet:
             print(f"[{time.perf_counter() - start:5.1f} s] {text}", file=sys.stderr, flush=True)
 
-    written = write_dossier(study, args.out, note)
+    written = write_dossier(study, args.out, note, not args.without_runs)
     figures = sum(name.endswith(".svg") for name, _ in written.files)
     verdicts = ", ".join(f"{number} {word}" for word, number in counts(written.entries).items())
     faults = [fault for entry in written.entries for fault in entry.errors]
-    say(args, f"{written.folder}/index.html: open it in a browser; beside it {len(written.files) - 1} files, {figures} of them figures.")
+    others = len(written.files) - 1
+    say(args, f"{written.folder}/index.html: open it in a browser; beside it {others} files, {figures} of them figures.")
     say(args, f"Ledger: {len(written.entries)} entries: {verdicts}.")
     for line in written.found[:3]:
-        say(args, line)
+        say(args, line.replace("`", ""))
     for fault in faults:
         print(f"imo: {fault}", file=sys.stderr)
     emit_json(args, "imo-report/1", summary(written))

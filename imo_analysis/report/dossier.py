@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import json
+import math
 import shutil
 import tempfile
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from imo_analysis.errors import InputError
+from imo_analysis.excitation.conditions import CONDITIONS
 from imo_analysis.files import folder as checked_folder
 from imo_analysis.ledger.claim import Entry
-from imo_analysis.report.scenarios import Scenario
+from imo_analysis.report.scenarios import ExcitationResult, Scenario
 from imo_analysis.study import Study
 
 
@@ -37,7 +39,7 @@ class Written:
     found: list[str]
 
 
-def write_dossier(study: Study, out: str | Path, note: Callable[[str], None]) -> Written:
+def write_dossier(study: Study, out: str | Path, note: Callable[[str], None], runs: bool = True) -> Written:
     """Compute and write the whole dossier.
 
     Parameters
@@ -47,6 +49,8 @@ def write_dossier(study: Study, out: str | Path, note: Callable[[str], None]) ->
         The folder to make or to renew; files in it that the dossier does not write stay.
     note : callable
         Told what is being done, a line each.
+    runs : bool
+        Whether the runs and the pole sweep are written beside the page, as NetCDF and CSV: some 20 MB.
 
     Raises
     ------
@@ -64,7 +68,7 @@ def write_dossier(study: Study, out: str | Path, note: Callable[[str], None]) ->
     try:
         for name in ("figures", "runs"):
             (work / name).mkdir()
-        written = _compute(study, work, note)
+        written = _compute(study, work, note, runs)
         _move(work, out)
     except OSError as error:
         raise InputError(f"cannot write {out}: {error.strerror or error}; choose another place with --out") from None
@@ -82,7 +86,9 @@ def _move(work: Path, out: Path) -> None:
         path.replace(place)
 
 
-def _compute(study: Study, work: Path, note: Callable[[str], None]) -> tuple[list[tuple[str, str]], list[Entry], list[str]]:
+def _compute(
+    study: Study, work: Path, note: Callable[[str], None], runs: bool
+) -> tuple[list[tuple[str, str]], list[Entry], list[str]]:
     from imo_analysis.ledger.book import entries as settle_all
     from imo_analysis.report.chapters.excitation import excitation_chapter
     from imo_analysis.report.chapters.ledger import ledger_chapter
@@ -103,26 +109,34 @@ def _compute(study: Study, work: Path, note: Callable[[str], None]) -> tuple[lis
     _write_json(work / "ledger.json", entries)
     note("pencils: poles at the speeds of Table II and over the sweep")
     with beside(work / "table2-proofs.json") as worker:
-        poles = pencils(study, work)
+        poles = pencils(study, work, runs)
         lost = divergences(study, note)
-        scenarios = [run_scenario(study, name, work, note) for name in scenario_names(study)]
+        scenarios = [run_scenario(study, name, work, note, runs) for name in scenario_names(study)]
         note("pencils: waiting for the proofs on Table II")
         proved = collect(worker, work / "table2-proofs.json")
     note("writing the page")
     (work / "study.toml").write_text(study.to_toml(), encoding="utf-8")
     files = [("index.html", "this page"), ("ledger.json", "every entry of the ledger"), ("study.toml", "the study, whole"),
-             *poles.files, ("table2-proofs.json", "why no printed form gives Table II"), *(one for scenario in scenarios for one in scenario.files)]
+             *poles.files, ("table2-proofs.json", "why no printed form gives Table II")]
+    files += [one for scenario in scenarios for one in scenario.files]
     found = [*poles.found, *findings(study, scenarios)]
     chapters = [
         ledger_chapter(entries), notation_chapter(), machine_chapter(study.machine), theorem_chapter(entries),
         pencils_chapter(poles, proved), simulations_chapter(study, scenarios, lost),
-        excitation_chapter([one for scenario in scenarios for one in scenario.excitation]), reproduce_chapter(study, files),
+        excitation_chapter(_judged(scenarios)), reproduce_chapter(study, files),
     ]
     title = f"imo report: {study.title}"
     footer = Html("Made by <code>imo report</code>. Formulas are set in a subset of STIX Math (SIL Open Font License 1.1).")
     (work / "index.html").write_text(page(title, first_screen(study, entries, found), chapters, footer), encoding="utf-8")
     files += sorted((str(path.relative_to(work)), "figure") for path in (work / "figures").iterdir())
     return files, entries, found
+
+
+def _judged(scenarios: Sequence[Scenario]) -> list[ExcitationResult]:
+    """The excitation along all runs; the figures of the last run are open."""
+    found = [one for scenario in scenarios for one in scenario.excitation]
+    last = len(scenarios[-1].excitation)
+    return [*found[:-last], *(replace(one, open=True) for one in found[-last:])]
 
 
 def _write_json(path: Path, entries: Sequence[Entry]) -> None:
@@ -132,19 +146,21 @@ def _write_json(path: Path, entries: Sequence[Entry]) -> None:
 
 
 def findings(study: Study, scenarios: Sequence[Scenario]) -> list[str]:
-    """What the runs show, in sentences built from their numbers."""
+    """What the last run shows (Fig. 4 in the paper's study), in sentences built from its numbers."""
+    last = scenarios[-1]
+    end = last.resting[-1].time
     found: list[str] = []
-    for scenario in scenarios:
-        end = scenario.resting[-1].time
-        estimates = [one for one in scenario.resting if one.time == end and one.alpha_hat == one.alpha_hat]
-        if estimates and any(abs(one.alpha_hat / study.machine.alpha - 1) > 1e-3 for one in estimates):
-            values = ", ".join(f"{one.observer} {one.alpha_hat:.3f}" for one in estimates)
-            found.append(f"{scenario.title}: alpha_hat ends at {values} /s; the machine has {study.machine.alpha:.4f} /s.")
-    for scenario in scenarios:
-        for result in scenario.excitation:
-            for name, one in result.summary["conditions"].items():
-                if name == "printed_19" and one["holding"] == 0:
-                    found.append(f"{result.title}: condition (19) holds in none of {one['windows']} windows.")
+    estimates = [one for one in last.resting if one.time == end and not math.isnan(one.alpha_hat)]
+    if estimates:
+        values = ", ".join(f"{one.alpha_hat:.4g} /s (`{one.observer}`, flux error {100 * one.flux_error:.2g} %)"
+                           for one in estimates)
+        found.append(f"{last.title}: alpha_hat ends at {values}; the machine has {study.machine.alpha:.5g} /s.")
+    for result in last.excitation:
+        for name, one in result.summary["conditions"].items():
+            lost = one["lost"][0] if one["lost"] else None
+            words = f"; mostly lost: {lost['text']} ({100 * lost['share']:.3g} % of the windows)" if lost else ""
+            share = f"{one['holding']} of {one['windows']} windows"
+            found.append(f"{result.title}: {CONDITIONS[name].title} holds in {share}{words}.")
     return found
 
 

@@ -67,7 +67,8 @@ def _convert(latex: str, display: bool) -> str:
         if aligned and node.tag.endswith("mtr"):
             for column, cell in enumerate(node):
                 cell.attrib.pop("columnalign", None)
-                cell.set("style", f"text-align: {'left' if column % 2 else 'right'}; padding-{'left' if column % 2 else 'right'}: 0.1em")
+                side = "left" if column % 2 else "right"
+                cell.set("style", f"text-align: {side}; padding-{side}: 0.1em")
     root.set("alttext", latex)
     if display:
         root.set("displaystyle", "true")
@@ -112,6 +113,8 @@ def _repair(node: ET.Element) -> None:
         node.set("style", f"text-align: {node.get('columnalign')}")  # MathML Core knows the style only
 
 
+# latex2mathml leaves the sides of these to the browser, which sets them too wide
+_TIGHT = {"|": "0", "\u2016": "0", "/": "0.08em"}
 _OPENING = frozenset("=<>(,[{\u2264\u2265\u2260\u2248\u2261\u21d2\u00b7|\u2212+")
 
 
@@ -119,9 +122,13 @@ def _signs(node: ET.Element) -> None:
     """A minus after an equals sign or an opening bracket is a prefix; browsers take it for a subtraction and set it wide."""
     before: ET.Element | None = None
     for child in node:
-        if child.tag.endswith("mo") and (child.text or "") in "\u2212+" and before is not None:
-            if before.tag.endswith("mo") and (before.text or "") in _OPENING:
-                child.set("form", "prefix")
+        if child.tag.endswith("mo") and child.text in _TIGHT and "stretchy" not in child.attrib:
+            child.set("lspace", _TIGHT[child.text])
+            child.set("rspace", _TIGHT[child.text])
+            child.set("stretchy", "false")
+        opened = before is not None and before.tag.endswith("mo") and (before.text or "") in _OPENING
+        if opened and child.tag.endswith("mo") and child.text in ("\u2212", "+"):
+            child.set("form", "prefix")
         before = child
 
 

@@ -92,7 +92,8 @@ def figure(svg: str, caption: str, alt: str, file: str) -> Html:
     data = quote(svg[svg.index("<svg") :].replace("\n", " "), safe=" =:;,./()-_*'?@&+!$~[]|")
     size = re.search(r'viewBox="0 0 (\S+) (\S+)"', svg)
     place = f' width="{float(size[1]):.0f}" height="{float(size[2]):.0f}"' if size else ""
-    image = Html(f'<img alt="{html.escape(alt, quote=True)}" loading="lazy"{place} src="data:image/svg+xml,{html.escape(data)}">')
+    said = html.escape(alt, quote=True)
+    image = Html(f'<img alt="{said}" loading="lazy"{place} src="data:image/svg+xml,{html.escape(data)}">')
     link = tag("a", file, href=file)
     return tag("figure", image, tag("figcaption", inline(caption), Html(" File: "), link, "."))
 
@@ -122,8 +123,8 @@ def asset(name: str) -> str:
 def page(title: str, first_screen: Html, chapters: Sequence[Chapter], footer: Html) -> str:
     """The whole page: style, font, script and figures inside, nothing loaded from anywhere."""
     items = join((tag("li", tag("a", c.name, href=f"#{c.anchor}")) for c in chapters), "")
-    navigation = tag("nav", tag("p", "imo report", class_="name"), tag("ol", tag("li", tag("a", "Verdicts", href="#top")), items),
-                     aria_label="Chapters")
+    listed = tag("ol", tag("li", tag("a", "Verdicts", href="#top")), items)
+    navigation = tag("nav", tag("p", "imo report", class_="name"), listed, aria_label="Chapters")
     sections = join(tag("section", tag("h2", c.title), c.body, id=c.anchor) for c in chapters)
     body = tag("div", navigation, tag("main", tag("section", first_screen, id="top"), sections, tag("footer", footer)),
                class_="frame")
@@ -132,4 +133,5 @@ def page(title: str, first_screen: Html, chapters: Sequence[Chapter], footer: Ht
         f"<title>{html.escape(title)}</title><style>{font_face()}\n{asset('page.css')}</style>"
         '<script>document.documentElement.className="js"</script>'
     )
-    return f'<!DOCTYPE html>\n<html lang="en">\n<head>{head}</head>\n<body>\n{body}\n<script>{asset("page.js")}</script>\n</body>\n</html>\n'
+    script = f"<script>{asset('page.js')}</script>"
+    return f'<!DOCTYPE html>\n<html lang="en">\n<head>{head}</head>\n<body>\n{body}\n{script}\n</body>\n</html>\n'

@@ -59,29 +59,31 @@ def observers_of(study: Study) -> tuple[dict[str, InductionMachine], dict[str, t
     return machines, observers
 
 
-def pencils(study: Study, folder: Path) -> PoleResult:
-    """Compute the poles and write ``table2.csv``, ``poles.nc``, ``poles.csv`` and the figures to ``folder``."""
+def pencils(study: Study, folder: Path, sweeps: bool = True) -> PoleResult:
+    """Compute the poles and write ``table2.csv``, the figures and, with ``sweeps``, ``poles.nc`` and ``poles.csv``."""
+    from imo_analysis.pencils.maps import plot_against, plot_plane
     from imo_analysis.pencils.sweep import grid, sweep_observers
     from imo_analysis.pencils.table2 import table2
-    from imo_analysis.report.pole_figures import pole_map, rightmost_figure
     from imo_analysis.report.scenarios import keep
+    from imo_analysis.report.style import rasterized
 
     machines, observers = observers_of(study)
     table = table2(study.machine, observers, study.poles.omega)
     span = study.poles.sweep
     sweep = sweep_observers(machines, observers, grid(span.start, span.stop, span.count, "poles.sweep"))
     write_table2(table, folder / "table2.csv")
-    sweep.to_netcdf(folder / "poles.nc", engine="h5netcdf")
-    write_sweep(sweep, folder / "poles.csv")
-    files = [("table2.csv", "Table II beside the computed poles"), ("poles.nc", "poles over the speed sweep"),
-             ("poles.csv", "the same as text")]
+    files = [("table2.csv", "Table II beside the computed poles")]
+    if sweeps:
+        sweep.to_netcdf(folder / "poles.nc", engine="h5netcdf")
+        write_sweep(sweep, folder / "poles.csv")
+        files += [("poles.nc", "poles over the speed sweep"), ("poles.csv", "the same as text")]
     figures = [
-        keep(folder, "poles-map", pole_map(sweep, study.poles.omega),
-             f"Poles of the frozen-speed error dynamics for speeds from {span.start:g} to {span.stop:g} rad/s; markers at "
-             f"{', '.join(f'{omega:g}' for omega in study.poles.omega)} rad/s."),
-        keep(folder, "poles-rightmost", rightmost_figure(sweep),
-             "Real part of the slowest pole over the speed, poles that are zero at every speed left out. Above zero the observer "
-             "is unstable at that speed."),
+        keep(folder, "poles-plane", rasterized(plot_plane(sweep, marks=study.poles.omega)),
+             f"Paths of the poles from {span.start:g} to {span.stop:g} rad/s, a panel an observer, each with axes of its own. "
+             "Negative speeds mirror positive ones at the real axis."),
+        keep(folder, "poles-speed", plot_against(sweep),
+             "Real and imaginary parts over the speed. A real part above zero means that the observer, held at that speed, is "
+             "unstable."),
     ]
     unstable = {str(name): unstable_speeds(sweep.sel(observer=name)) for name in sweep["observer"].values}
     return PoleResult(table, sweep, figures, files, _found(table, unstable), unstable)
@@ -89,15 +91,19 @@ def pencils(study: Study, folder: Path) -> PoleResult:
 
 def rightmost(sweep: xr.Dataset) -> Any:
     """The largest real part among the poles of one observer that are not zero at every speed, over the speed (1/s)."""
-    size = np.hypot(sweep["re"], sweep["im"])
-    moving = size.max("omega") > 1e-9 * float(size.max())
-    return sweep["re"].where(moving).max("branch")
+    return sweep["re"].where(moving(sweep)).max("branch")
+
+
+def moving(sweep: xr.Dataset) -> Any:
+    """Which branches of one observer are not zero at every speed."""
+    size: Any = np.hypot(sweep["re"], sweep["im"])
+    return size.max("omega") > 1e-9 * float(size.max())
 
 
 def unstable_speeds(sweep: xr.Dataset) -> list[tuple[float, float]]:
     """Runs of neighbouring speeds of a sweep at which a pole lies to the right of zero, beyond rounding."""
     omega = sweep["omega"].values
-    bad = rightmost(sweep).values > 1e-9 * float(np.hypot(sweep["re"], sweep["im"]).max())
+    bad = rightmost(sweep).values > 1e-9 * float(np.nanmax(np.hypot(sweep["re"].values, sweep["im"].values)))
     runs: list[tuple[float, float]] = []
     for speed, is_bad, before in zip(omega, bad, [False, *bad[:-1]], strict=True):
         if is_bad:
@@ -115,8 +121,8 @@ def _found(table: xr.Dataset, unstable: dict[str, list[tuple[float, float]]]) ->
                      f"{known[name]:.3g} /s." if known[name] > 0.01 else f"Table II: `{name}` has the printed eigenvalues.")
     bad = [f"`{name}`" for name, runs in unstable.items() if runs]
     if bad:
-        found.append(f"Frozen at a speed of the sweep, {', '.join(bad)} {'has' if len(bad) == 1 else 'have'} a pole in the right "
-                     "half plane.")
+        have = "has" if len(bad) == 1 else "have"
+        found.append(f"Frozen at a speed of the sweep, {', '.join(bad)} {have} a pole in the right half plane.")
     return found
 
 

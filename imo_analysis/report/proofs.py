@@ -29,7 +29,8 @@ def proofs() -> dict[str, Any]:
     return {
         "schema": "imo-table2-proofs/1",
         "constants": [
-            {"name": one.name, "unit": UNITS[one.name], "low": float(one.outer.low), "high": float(one.outer.high)} for one in ranges()
+            {"name": one.name, "unit": UNITS[one.name], "low": float(one.outer.low), "high": float(one.outer.high)}
+            for one in ranges()
         ],
         "refutations": [
             {

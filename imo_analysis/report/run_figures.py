@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from imo_analysis.report.style import LIMIT, TRUTH, legend_above, line, new_figure
+from imo_analysis.report.style import LIMIT, TRUTH, in_style, legend_above, line, new_figure
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -43,6 +43,7 @@ def _plot(axes: Any, run: xr.Dataset, values: Any, **kwargs: Any) -> None:
     axes.plot(*thinned(run["time"].values, np.asarray(values)), **kwargs)
 
 
+@in_style
 def speed_figure(run: xr.Dataset, window: tuple[float, float] | None = None, observers: Sequence[str] = ()) -> Figure:
     """True and estimated speed above, the error of each estimate below.
 
@@ -84,6 +85,7 @@ def _robust_limits(axes: Any, series: Sequence[NDArray[np.float64]], room: float
     axes.set_ylim(low - room * span, high + room * span)
 
 
+@in_style
 def alpha_figure(run: xr.Dataset, true_alpha: float, marks: dict[str, float], observers: Sequence[str]) -> Figure:
     """alpha_hat over time, the speed below it, with the true value and other values (``marks``) as lines."""
     figure, (above, below) = new_figure(2, 1, height=4.0, sharex=True, gridspec_kw={"height_ratios": [2, 1]})
@@ -104,6 +106,7 @@ def alpha_figure(run: xr.Dataset, true_alpha: float, marks: dict[str, float], ob
     return figure
 
 
+@in_style
 def flux_error_figure(run: xr.Dataset, observers: Sequence[str]) -> Figure:
     """Length of the error of the reconstructed rotor flux, of z and of xi over time, relative to the flux (z: to z)."""
     figure, axes = new_figure(height=2.9)

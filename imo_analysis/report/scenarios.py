@@ -42,11 +42,12 @@ class WindowResult:
 
 @dataclass(frozen=True)
 class ExcitationResult:
-    """Excitation along a run: `imo_analysis.excitation.words.summary` and its figure."""
+    """Excitation along a run: `imo_analysis.excitation.words.summary`, its figure, and whether that is shown at once."""
 
     title: str
     summary: dict[str, Any]
     figure: Drawn
+    open: bool = False
 
 
 @dataclass(frozen=True)
@@ -79,8 +80,8 @@ def scenario_names(study: Study) -> list[str]:
     return [name for name in study.scenarios if name != "divergence"] or [""]
 
 
-def run_scenario(study: Study, name: str, folder: Path, note: Callable[[str], None]) -> Scenario:
-    """Simulate one scenario, draw it, judge its excitation and write it, thinned, to ``folder``/runs.
+def run_scenario(study: Study, name: str, folder: Path, note: Callable[[str], None], runs: bool = True) -> Scenario:
+    """Simulate one scenario, draw it, judge its excitation and, with ``runs``, write it, thinned, to ``folder``/runs.
 
     Raises
     ------
@@ -94,7 +95,7 @@ def run_scenario(study: Study, name: str, folder: Path, note: Callable[[str], No
     note(f"{label}: simulating {chosen.simulation.duration:g} s")
     run = simulate(chosen)
     note(f"{label}: drawing")
-    files = _write(run, label, chosen, folder)
+    files = _write(run, label, chosen, folder) if runs else []
     observers = [str(one) for one in run["observer"].values]
     figures = [keep(folder, f"{label}-speed", _figures().speed_figure(run),
                      "Speed, true and estimated, and the error of each estimate. The axes leave out the start-up transient.")]
@@ -133,7 +134,7 @@ def keep(folder: Path, name: str, figure: Figure, caption: str) -> Drawn:
 
 
 def _write(run: xr.Dataset, label: str, study: Study, folder: Path) -> list[tuple[str, str]]:
-    """The run thinned over its whole length, and every window at full rate."""
+    """The run and its windows, thinned where they are long."""
     from imo_analysis.simulation.runfile import save_run
 
     size = run.sizes["time"]
@@ -142,9 +143,11 @@ def _write(run: xr.Dataset, label: str, study: Study, folder: Path) -> list[tupl
     save_run(run.isel(time=slice(None, None, step)), folder / files[0][0])
     save_run(run.isel(time=slice(None, None, coarse)), folder / files[1][0])
     for number, window in enumerate(study.windows, start=1):
+        part = run.sel(time=slice(window.start, window.stop))
+        step = -(-part.sizes["time"] // NETCDF_SAMPLES)
         place = f"runs/{label}-window{number}.nc"
-        save_run(run.sel(time=slice(window.start, window.stop)), folder / place)
-        files.append((place, f"{window.start:g} to {window.stop:g} s, every recorded sample"))
+        save_run(part.isel(time=slice(None, None, step)), folder / place)
+        files.append((place, f"{window.start:g} to {window.stop:g} s, {_share(step)}"))
     return files
 
 
@@ -167,10 +170,13 @@ def _excitation(run: xr.Dataset, study: Study, label: str, folder: Path, subject
 
     source = of_dataset(run, name=label)
     for subject in subjects:
-        result = excitation(select(source, subject), study.excitation.window, every=study.excitation.every)
-        caption = f"{study.title}; {subject}: eigenvalues of the scaled Gram matrix over windows of {study.excitation.window:g} s."
+        result = excitation(select(source, subject), study.excitation.window, every=study.excitation.every,
+                            conditions=("printed_19", "reduced"))
+        window = f"windows of {study.excitation.window:g} s"
+        caption = f"{study.title}; {subject}: eigenvalues of the scaled Gram matrix over {window}."
         title = f"{study.title} ({'the motion itself' if subject == 'plant' else subject})"
-        yield ExcitationResult(title, summary(result), keep(folder, f"{label}-excitation-{subject}", plot_excitation(result), caption))
+        drawn = keep(folder, f"{label}-excitation-{subject}", plot_excitation(result), caption)
+        yield ExcitationResult(title, summary(result), drawn)
 
 
 def divergences(study: Study, note: Callable[[str], None]) -> list[Divergence]:

@@ -5,17 +5,22 @@ Functions that draw take data and return a `matplotlib.figure.Figure`; they use 
 
 from __future__ import annotations
 
+import functools
 import io
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+
+P = ParamSpec("P")
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -51,7 +56,7 @@ _OBSERVER_LINES = {
     "printed_L": LINES[5],
 }
 
-_RC: dict[str, Any] = {
+_RC: Any = {
     "font.family": ["DejaVu Sans"],
     "font.size": 9.0,
     "axes.titlesize": 9.5,
@@ -91,6 +96,17 @@ def style() -> Iterator[None]:
 
     with mpl.rc_context(_RC):
         yield
+
+
+def in_style(draw: Callable[P, T]) -> Callable[P, T]:
+    """Decorator: the project's settings hold while the function draws."""
+
+    @functools.wraps(draw)
+    def drawn(*args: P.args, **kwargs: P.kwargs) -> T:
+        with style():
+            return draw(*args, **kwargs)
+
+    return drawn
 
 
 def line(name_or_number: str | int) -> Line:
@@ -140,7 +156,7 @@ def svg_text(figure: Figure) -> str:
     """The figure as SVG text, the same bytes for the same data: no date, a fixed salt for the ids."""
     buffer = io.StringIO()
     with style():
-        figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
+        figure.savefig(buffer, format="svg", dpi=200, metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
     return _PATH.sub(lambda path: _LONG.sub(_short, path[0]), buffer.getvalue())
 
 
@@ -151,6 +167,14 @@ _LONG = re.compile(r"-?\d+\.\d{3,}")
 
 def _short(number: re.Match[str]) -> str:
     return f"{float(number[0]):.2f}".rstrip("0").rstrip(".")
+
+
+def rasterized(figure: Figure) -> Figure:
+    """The same figure with its line collections as one picture each: hundreds of coloured pieces make an SVG of megabytes."""
+    for axes in figure.axes:
+        for collection in axes.collections:
+            collection.set_rasterized(True)
+    return figure
 
 
 def save_svg(figure: Figure, path: str | Path) -> None:

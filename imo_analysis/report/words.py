@@ -1,4 +1,4 @@
-"""Prose with the names of the notation table set as symbols: ``alpha_hat`` in a sentence is shown as the letter with its hat."""
+"""Prose with names of the notation table set as symbols: ``alpha_hat`` in a sentence is shown as the letter with its hat."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from imo_analysis.errors import InputError
 from imo_analysis.notation import symbol
 from imo_analysis.report.page import Html, inline
 
-_GREEK = "alpha|beta|gamma|sigma|omega|mu|xi|kappa|rho|delta"
-_NAME = re.compile(rf"(?<![\w.$\\])(?:[A-Za-z][A-Za-z0-9]*(?:_[A-Za-z0-9]+)+|{_GREEK})(?![\w(])")
+_GREEK = "alpha|beta|gamma|sigma|omega|mu|xi|kappa|rho|delta|phi"
+_NAME = re.compile(rf"(?<![\w.$\\])(?:[A-Za-z][A-Za-z0-9]*(?:_[A-Za-z0-9]+)+|{_GREEK})(?!\w)")
+_SIGNED = re.compile(r"(?<![\w)])-(?=[\w(])")  # a hyphen before a term is a minus
 _KEPT = re.compile(r"(`[^`]*`|\$[^$]*\$)")
 
 
@@ -17,14 +18,30 @@ def typeset(source: object) -> Html:
     """Text with backticks, dollars and bare names of the notation table as HTML."""
     if isinstance(source, Html):
         return source
-    pieces = _KEPT.split(str(source))
+    pieces = _KEPT.split(_SIGNED.sub("−", str(source)))
     return inline("".join(piece if number % 2 else _NAME.sub(_symbol, piece) for number, piece in enumerate(pieces)))
 
 
 def _symbol(match: re.Match[str]) -> str:
-    if match[0] in ("xi", "rho"):
-        return rf"$\{match[0]}$"
+    latex = _latex(match[0])
+    return f"${latex}$" if latex else match[0]
+
+
+def _latex(name: str) -> str:
+    """LaTeX of a name of the table, or of a letter that stands for a d/q pair (``xi_hat``, ``v_1``); empty for other words."""
     try:
-        return f"${symbol(match[0]).latex}$"
+        return symbol(name).latex
     except InputError:
-        return match[0]
+        pass
+    for suffix, accent in (("_dot", r"\dot"), ("_hat", r"\hat"), ("_tilde", r"\tilde")):
+        if name.endswith(suffix):
+            inner = _latex(name.removesuffix(suffix))
+            return f"{accent}{{{inner}}}" if inner else ""
+    if name in ("xi", "rho", "phi"):
+        return f"\\{name}"
+    base, mark, index = name.partition("_")
+    if len(base) == 1 and (not mark or index.isdigit()):
+        return f"{base}_{{{index}}}" if mark else base
+    if base in ("rho", "xi", "kappa") and index.isdigit():
+        return f"\\{base}_{{{index}}}"
+    return ""

@@ -63,6 +63,7 @@ all(".slider").forEach(function(box){
       if(s.mark==="s")return el("rect",{width:9,height:9,fill:"none",stroke:s.color,"stroke-width":2});
       if(s.mark==="^")return el("path",{d:"M-5,4L5,4L0,-6Z",fill:"none",stroke:s.color,"stroke-width":2});
       if(s.mark==="D")return el("path",{d:"M-6,0L0,-6L6,0L0,6Z",fill:"none",stroke:s.color,"stroke-width":2});
+      if(s.mark==="P")return el("path",{d:"M-6,0H6M0,-6V6",fill:"none",stroke:s.color,"stroke-width":2});
       return el("circle",{r:5,fill:"none",stroke:s.color,"stroke-width":2});
     });
   });

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from imo_analysis.excitation.conditions import CONDITIONS
-from imo_analysis.report.page import Chapter, Html, figure, inline, join, prose, table, tag
+from imo_analysis.report.page import Chapter, Html, figure, join, prose, table, tag
 from imo_analysis.report.scenarios import ExcitationResult
+from imo_analysis.report.words import typeset
 
 
 def excitation_chapter(results: Sequence[ExcitationResult], more: Sequence[Html] = ()) -> Chapter:
@@ -31,6 +32,7 @@ The columns are scaled to pure numbers of like size; a direction is lost in a wi
 threshold. The scaling and the threshold stand with each result.
 """
             ),
+            _overview(results),
             *(_result(result) for result in results),
             *more,
         ]
@@ -38,20 +40,26 @@ threshold. The scaling and the threshold stand with each result.
     return Chapter("excitation", "Excitation", "Excitation and identifiability", body)
 
 
-def _result(result: ExcitationResult) -> Html:
+def _overview(results: Sequence[ExcitationResult]) -> Html:
     rows = []
-    for name, one in result.summary["conditions"].items():
-        lost = "; ".join(f"{where['text']} ({100 * where['share']:.3g} % of the windows)" for where in one["lost"][:4])
-        rows.append((CONDITIONS[name].title, f"{len(one['states'])}", f"{one['rank']['lowest']} to {one['rank']['highest']}",
-                     f"{one['holding']} of {one['windows']}", lost or "none"))
-    sentences = [line.strip() for line in result.summary["verdict"].splitlines()]
-    head = ("condition", "size", "rank", "windows in which it holds", "directions that are lost")
-    return join(
-        [
-            tag("h3", result.title),
-            tag("div", *(tag("p", inline(f"{line[0].upper()}{line[1:]}")) for line in sentences), class_="answer"),
-            table(head, rows),
-            figure(result.figure.svg, result.figure.caption, result.figure.caption, result.figure.file),
-            tag("p", f"Scaling: {result.summary['scaling']}. Threshold: {result.summary['threshold']:g} of the largest.", class_="note"),
-        ]
-    )
+    for result in results:
+        for name, one in result.summary["conditions"].items():
+            lost = join((tag("p", typeset(f"{where['text']} ({_share(where['share'])})")) for where in one["lost"][:3]), "")
+            low, high = one["rank"]["lowest"], one["rank"]["highest"]
+            rank = f"{low}" if low == high else f"{low} to {high}"
+            rows.append((result.title, CONDITIONS[name].title, f"{rank} of {len(one['states'])}",
+                         f"{one['holding']} of {one['windows']}", lost or "none"))
+    head = ("run", "condition", "rank", "holds in windows", "directions that are lost (share of the windows)")
+    return table(head, rows, "The verdicts along the runs")
+
+
+def _share(share: float) -> str:
+    return "all" if share == 1 else f"{100 * share:.3g} %"
+
+
+def _result(result: ExcitationResult) -> Html:
+    window = f"windows of {result.summary['window']:g} s every {result.summary['every']:g} s"
+    note = f"{result.summary['scaling']}; threshold {result.summary['threshold']:g} of the largest; {window}."
+    shown = figure(result.figure.svg, result.figure.caption, result.figure.caption, result.figure.file)
+    return tag("details", tag("summary", typeset(f"Eigenvalues over time: {result.title}")), shown,
+               tag("p", typeset(note), class_="note"), class_="more", open="" if result.open else None)

@@ -43,7 +43,7 @@ def link(identifier: str, entries: Sequence[Entry]) -> Html:
     """A link to an entry, or to the first of an item when the id names a whole item; plain text when it names neither."""
     for entry in entries:
         if entry.claim.id == identifier:
-            return tag("a", label(entry), href=f"#{anchor(identifier)}")
+            return tag("a", typeset(label(entry)), href=f"#{anchor(identifier)}")
     for entry in entries:
         if entry.claim.id.startswith(f"{identifier}."):
             return tag("a", entry.claim.item or identifier, href=f"#{anchor(entry.claim.id)}")
@@ -51,10 +51,10 @@ def link(identifier: str, entries: Sequence[Entry]) -> Html:
 
 
 def label(entry: Entry) -> str:
-    """The paper's own number with the part of the entry: ``(12) i_qs``."""
-    item, _, part = entry.claim.id.partition(".")
-    number = entry.claim.item or item
-    return f"{number} {part}" if part and part not in number else number
+    """How the paper calls it: ``(12) i_qs`` for a row of a numbered equation or table, the place for a claim in the text."""
+    number = entry.claim.item or entry.claim.id
+    _, _, part = entry.claim.id.partition(".")
+    return f"{number} {part}" if part and number.startswith(("(", "Table")) and part not in number else number
 
 
 def ledger_chapter(entries: Sequence[Entry]) -> Chapter:
@@ -95,7 +95,7 @@ def entry_html(entry: Entry, entries: Sequence[Entry]) -> Html:
     """One entry: a line that opens."""
     claim = entry.claim
     kind, _, _ = words(entry.verdict)
-    summary = tag("summary", tag("span", label(entry), class_="ref"), tag("span", typeset(claim.title), class_="what"),
+    summary = tag("summary", tag("span", typeset(label(entry)), class_="ref"), tag("span", typeset(claim.title), class_="what"),
                   badge(entry.verdict))
     facts: list[tuple[str, Html]] = []
 

@@ -42,9 +42,10 @@ which is {printed.alpha / plain.alpha:.4f} times as much. Both cannot be right.
 """
             ),
             answer(
-                f"The text starts the estimate at 6.6 and takes {printed.alpha:.4f} as the true value: the simulated motor is the "
-                f"table's motor with its rotor resistance raised by half (R_r = {printed.R_r:.3f} Ω), and the observers begin with "
-                "the table's own value. Both readings are kept, as the presets `table-iii` and `table-iii-printed-alpha`."
+                f"The text starts the estimate at 6.6 and takes {printed.alpha:.4f} as the true value: the simulated motor is "
+                f"the table's motor with its rotor resistance raised by half ($R_r = {printed.R_r:.3f}\\;\\Omega$), and the "
+                "observers begin with the table's own value. Both readings are kept, as the presets `table-iii` and "
+                "`table-iii-printed-alpha`."
             ),
             tag("h3", "Units of the speed equation"),
             prose(
@@ -63,7 +64,8 @@ $n_p T_l / J$.
 
 
 def _forms(machine: InductionMachine) -> object:
-    written = {"R_s": "R_s", "R_R": "R_R", "L_sgm": r"L_{\sigma}", "L_M": "L_M", "R_r": "R_r'", "L_s": "L_s", "L_ell": r"L_{\ell}"}
+    written = {"R_s": "R_s", "R_R": "R_R", "L_sgm": r"L_{\sigma}", "L_M": "L_M", "R_r": "R_r'", "L_s": "L_s",
+               "L_ell": r"L_{\ell}"}
     rows = []
     for name, form in (("inverse-Γ (all leakage on the stator side)", machine.inverse_gamma()),
                        ("Γ (all leakage on the rotor side)", machine.gamma_form())):

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from imo_analysis.report.page import Chapter, Html, answer, figure, formula, join, number, prose, table, tag
-from imo_analysis.report.pencils import PoleResult
+from imo_analysis.report.pencils import PoleResult, moving
 from imo_analysis.report.style import line
 from imo_analysis.report.words import typeset
 
@@ -27,10 +27,10 @@ def pencils_chapter(poles: PoleResult, proofs: dict[str, Any]) -> Chapter:
         [
             prose(
                 r"""
-At a fixed $\hat{\omega}$ (and $\hat{\alpha}$) the errors of an observer obey a linear differential equation. Its matrix is found
-here by differentiating the definitions of plant and observer, not typed in; its eigenvalues are what Table II lists. The adaptive
-observers have two more, at zero at every speed: the direction $\alpha \tilde{\xi} = \mathrm{j} \omega \tilde{z}$ in which nothing
-moves, which the table leaves out.
+At a fixed $\hat{\omega}$ (and $\hat{\alpha}$) the errors of an observer obey a linear differential equation. Its matrix is
+found here by differentiating the definitions of plant and observer, not typed in; its eigenvalues are what Table II lists. The
+adaptive observers have two more, at zero at every speed: the direction $\alpha \tilde{\xi} = \mathrm{j} \omega \tilde{z}$ in
+which nothing moves, which the table leaves out.
 """
             ),
             *(figure(drawn.svg, drawn.caption, drawn.caption, drawn.file) for drawn in poles.figures),
@@ -55,8 +55,8 @@ def _unstable(poles: PoleResult) -> Html:
 
 def _table2(poles: PoleResult) -> list[Html]:
     parts = [
-        prose("Conjugates are left out: each line stands for a pole and its mirror image. The difference is the distance in the "
-              "complex plane to the printed value that is assigned to it.")
+        prose("Conjugates are left out: each line stands for a pole and its mirror image. The difference is the distance in "
+              "the complex plane to the printed value that is assigned to it.")
     ]
     for name in poles.table["observer"].values:
         one = poles.table.sel(observer=name)
@@ -65,8 +65,10 @@ def _table2(poles: PoleResult) -> list[Html]:
             for pole in one["pole"].values:
                 at = one.sel(omega=omega, pole=pole)
                 if float(at["computed_im"]) >= 0:
-                    rows.append((f"{float(omega):g}", _complex(at, "printed"), _complex(at, "computed"), number(float(at["difference"]))))
-        head = (r"$\hat{\omega}$ (rad/s)", f"printed, {one['column'].item()} column (1/s)", "computed (1/s)", "difference (1/s)")
+                    rows.append((f"{float(omega):g}", _complex(at, "printed"), _complex(at, "computed"),
+                                 number(float(at["difference"]))))
+        head = (r"$\hat{\omega}$ (rad/s)", f"printed, {one['column'].item()} column (1/s)", "computed (1/s)",
+                "difference (1/s)")
         parts.append(table(head, rows, f"`{name}`", (0, 1, 2, 3)))
     return parts
 
@@ -84,15 +86,16 @@ def _explanation(proofs: dict[str, Any]) -> list[Html]:
     failed = [one for one in forms if not one["proved"]]
     rows = [
         (typeset(one["form"]), one["column"], typeset(_tidy(one["forced"])), _by_speed(one["printed"]),
-         "any" if one["alphas"] == ["any"] else typeset(", ".join(one["alphas"])), "contradiction" if one["proved"] else "not shown")
+         "any" if one["alphas"] == ["any"] else typeset(", ".join(one["alphas"])),
+         "contradiction" if one["proved"] else "not shown")
         for one in forms
     ]
     head = ("printed form", "column", "what it forces, whatever the gains", "what the printed digits say", r"$\alpha$", "")
     return [
         prose(
             r"""
-Every printed pair of eigenvalues sums to one constant plus $\mathrm{j}\hat{\omega}$. One complex quadratic gives all 24 numbers to
-the last printed digit, and the two columns differ in one factor only:
+Every printed pair of eigenvalues sums to one constant plus $\mathrm{j}\hat{\omega}$. One complex quadratic gives all 24
+numbers to the last printed digit, and the two columns differ in one factor only:
 """
         ),
         formula(r"s^{2} + (a - \mathrm{j}\hat{\omega})\, s + b - \mathrm{j} c\, \hat{\omega} + d\, \hat{\omega}^{2} = 0 \quad "
@@ -102,8 +105,8 @@ the last printed digit, and the two columns differ in one factor only:
               [(f"${name}$", one["unit"], f"{one['low']:.7g}", f"{one['high']:.7g}") for name, one in constants.items()],
               "No other values give the printed digits", (2, 3)),
         answer(
-            f"No matrix that the paper prints gives Table II with Table III's machine, for any real gains: {len(forms)} forms were "
-            f"tried, {len(forms) - len(failed)} end in a contradiction of exact intervals."
+            f"No matrix that the paper prints gives Table II with Table III's machine, for any real gains: {len(forms)} forms "
+            f"were tried, {len(forms) - len(failed)} end in a contradiction of exact intervals."
             + (f" {len(failed)} are not settled." if failed else "")
         ),
         tag("details", tag("summary", "Each printed form with its contradiction"), table(head, rows), class_="more"),
@@ -126,27 +129,31 @@ def _slider(poles: PoleResult) -> Html:
     picked = np.arange(0, len(omega), step)
     series = []
     for name in sweep["observer"].values:
-        one = sweep.sel(observer=name).isel(omega=picked)
+        one = sweep.sel(observer=name)
+        one = one.isel(omega=picked, branch=np.flatnonzero(moving(one)))
         roots = np.stack([one["re"].values, one["im"].values], axis=-1)
         present = np.isfinite(roots).all(axis=(0, 2))
         style = line(str(name))
-        series.append({"label": str(name), "color": style.color, "mark": style.marker, "poles": np.round(roots[:, present], 2).tolist()})
+        series.append({"label": str(name), "color": style.color, "mark": style.marker,
+                       "poles": np.round(roots[:, present], 2).tolist()})
     finite = sweep.where(np.isfinite(sweep["re"]))
     data = {
         "omega": [round(float(value), 3) for value in omega[picked]], "series": series,
         "re": [float(finite["re"].quantile(0.002)) - 20.0, max(float(finite["re"].quantile(0.998)), 0.0) + 40.0],
         "im": [float(finite["im"].min()) - 20.0, float(finite["im"].max()) + 20.0],
     }
-    legend = join((tag("span", tag("b", f"{_GLYPHS.get(one['mark'], '○')} ", style=f"color:{one['color']}"), one["label"]) for one in series), "  ")
+    marks = ((tag("b", f"{_GLYPHS.get(one['mark'], '○')} ", style=f"color:{one['color']}"), one["label"]) for one in series)
+    legend = join((tag("span", *mark) for mark in marks), " \u2003")
+    written = json.dumps(data, separators=(",", ":")).replace("<", "\\u003c")
     start = int(np.argmin(np.abs(omega[picked] - 60.0)))
     control = Html(f'<input type="range" step="1" min="0" max="{len(picked) - 1}" value="{start}" aria-label="speed">')
     return tag(
         "div",
         tag("p", Html("Speed: "), tag("output", ""), class_="soft"), control, tag("p", legend, class_="note"),
         Html('<svg role="img" aria-label="poles at the chosen speed"></svg>'), tag("p", "", class_="say note"),
-        Html(f'<script type="application/json">{json.dumps(data, separators=(",", ":")).replace("<", chr(92) + "u003c")}</script>'),
+        Html(f'<script type="application/json">{written}</script>'),
         class_="slider js-only",
     )
 
 
-_GLYPHS = {"o": "○", "s": "□", "^": "△", "D": "◇"}
+_GLYPHS = {"o": "○", "s": "□", "^": "△", "D": "◇", "P": "+"}

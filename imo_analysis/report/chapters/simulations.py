@@ -12,6 +12,7 @@ from imo_analysis.report.page import Chapter, Html, answer, figure, inline, join
 from imo_analysis.report.scenarios import Divergence, Scenario
 from imo_analysis.study import Study
 
+
 def simulations_chapter(study: Study, scenarios: Sequence[Scenario], divergences: Sequence[Divergence]) -> Chapter:
     """Every scenario of the study: the run, its windows, and the numbers of both."""
     observers = [
@@ -56,12 +57,12 @@ def _scenario(scenario: Scenario) -> Html:
 
 def _resting(states: Sequence[Resting]) -> Html:
     rows = [
-        (f"{one.time:.2f}", f"{one.omega:.2f}", one.observer, number(one.omega - one.omega_hat, sign=True), number(one.alpha_hat, 5),
-         _percent(one.flux_error), _percent(one.z_error), _percent(one.xi_error))
+        (f"{one.time:.2f}", f"{one.omega:.2f}", one.observer, number(one.omega - one.omega_hat, sign=True),
+         number(one.alpha_hat, 5), _percent(one.flux_error), _percent(one.z_error), _percent(one.xi_error))
         for one in states
     ]
-    head = ("time (s)", "speed (rad/s)", "observer", "speed error (rad/s)", r"$\hat{\alpha}$ (1/s)", "flux error", r"$\tilde{z}$",
-            r"$\tilde{\xi}$")
+    head = ("time (s)", "speed (rad/s)", "observer", "speed error (rad/s)", r"$\hat{\alpha}$ (1/s)", "flux error",
+            r"$\tilde{z}$", r"$\tilde{\xi}$")
     return table(head, rows, "Just before each change of the reference and at the end", (0, 1, 3, 4, 5, 6, 7))
 
 

@@ -15,6 +15,8 @@ from imo_analysis.report.words import typeset
 _PROOF = ("eq12", "eq13", "eq14", "eq15", "projection-inequality", "sign-operator", "eq16", "bounded-from-16", "eq17", "eq18",
           "lemma-IV.1", "barbalat-step", "proposition-IV.2")
 _CONVERGENCE = ("eq19", "eq20", "eq21", "eq22", "eq23", "proposition-IV.3", "proposition-IV.4")
+_V = (r"V = \frac{1}{2}|\tilde{i}|^{2} + \frac{\omega}{2 k_2 \hat{\omega}} |\tilde{z}|^{2} + "
+      r"\frac{\alpha}{2 k_3} |\tilde{\xi}|^{2} + \frac{1}{2 g} \tilde{\alpha}^{2} + \frac{1}{2 K_p} \tilde{\omega}^{2}")
 REPAIR = "repair"
 
 
@@ -23,13 +25,13 @@ def theorem_chapter(entries: Sequence[Entry]) -> Chapter:
     repairs = [entry for entry in entries if entry.claim.id.startswith(REPAIR)]
     body = join(
         [
+            prose("The paper's stability result rests on one function (with $k_3$ where (13) prints $k_2$):"),
+            formula(_V),
             prose(
                 r"""
-The paper's stability result rests on one function, $V = \frac{1}{2}|\tilde{i}|^{2}
-+ \frac{\omega}{2 k_2 \hat{\omega}} |\tilde{z}|^{2} + \frac{\alpha}{2 k_3} |\tilde{\xi}|^{2} + \frac{1}{2 g} \tilde{\alpha}^{2}
-+ \frac{1}{2 K_p} \tilde{\omega}^{2}$ (with $k_3$, where (13) prints $k_2$). If its rate is at most
-$-(k_1 + R_s/\sigma)|\tilde{i}|^{2}$, all errors stay bounded and the current errors tend to zero. The question is whether that
-rate follows from the observer as printed. These are the steps, in order; each opens in the ledger.
+If its rate is at most $-(k_1 + R_s/\sigma)|\tilde{i}|^{2}$, then it never grows, all errors stay bounded, and the current
+errors tend to zero. The question is whether that rate follows from the observer as printed. These are the steps, in order; each
+opens in the ledger.
 """
             ),
             _steps(entries, _PROOF, "Proposition IV.2: boundedness"),
@@ -37,7 +39,8 @@ rate follows from the observer as printed. These are the steps, in order; each o
                 r"""
 Two things carry the whole argument. First, the terms in $\tilde{z}$ cancel only when the z feedback has the pattern of (12).
 Second, the weight $\omega / (2 k_2 \hat{\omega})$ moves with $\hat{\omega}$: its own rate leaves a term in
-$\dot{\hat{\omega}} |\tilde{z}|^{2}$ that no sign operator removes, because the sign of $\dot{\hat{\omega}}$ is not that of $\omega$.
+$\dot{\hat{\omega}} |\tilde{z}|^{2}$ that no sign operator removes, because the sign of $\dot{\hat{\omega}}$ is not that of
+$\omega$.
 """
             ),
             _steps(entries, _CONVERGENCE, "Propositions IV.3 and IV.4: convergence"),
@@ -63,7 +66,7 @@ def belongs(entry: Entry, item: str) -> bool:
 
 def _steps(entries: Sequence[Entry], items: Sequence[str], caption: str) -> Html:
     rows = [
-        (tag("a", label(entry), href=f"#{anchor(entry.claim.id)}"), typeset(entry.claim.title), badge(entry.verdict),
+        (tag("a", typeset(label(entry)), href=f"#{anchor(entry.claim.id)}"), typeset(entry.claim.title), badge(entry.verdict),
          typeset(entry.claim.edit))
         for item in items for entry in entries if belongs(entry, item)
     ]
@@ -72,7 +75,8 @@ def _steps(entries: Sequence[Entry], items: Sequence[str], caption: str) -> Html
 
 def _repair(entry: Entry) -> Html:
     claim = entry.claim
-    parts: list[object] = [tag("h4", tag("a", typeset(claim.title), href=f"#{anchor(claim.id)}"), Html(" "), badge(entry.verdict))]
+    title = tag("a", typeset(claim.title), href=f"#{anchor(claim.id)}")
+    parts: list[object] = [tag("h4", title, Html(" "), badge(entry.verdict))]
     if claim.prose:
         parts.append(tag("p", typeset(claim.prose)))
     parts += [formula(relation_latex(parse_relation(text))) for text in (*claim.printed, *claim.corrected)]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from imo_analysis.ledger.claim import Entry, Verdict
 from imo_analysis.paper.item import PAPER
@@ -12,7 +13,7 @@ from imo_analysis.report.page import Html, inline, join, tag
 from imo_analysis.report.words import typeset
 from imo_analysis.study import Study
 
-SHOWN = 7
+SHOWN = 6
 
 
 def counts(entries: Sequence[Entry]) -> dict[str, int]:
@@ -44,12 +45,40 @@ def _expanded(links: Sequence[str], entries: Sequence[Entry]) -> list[str]:
             if entry.claim.id == link or entry.claim.id.startswith(f"{link}.")]
 
 
-def headline(entries: Sequence[Entry], shown: int = SHOWN) -> list[Entry]:
-    """The entries that a reader must know first: those that do not hold, ordered by how much falls with them."""
+_RESULTS = ("Proposition", "Lemma", "Table II")
+
+
+@dataclass(frozen=True)
+class Headline:
+    """Entries that one line of the first screen speaks of: parts of one item that need the same edit."""
+
+    entries: tuple[Entry, ...]
+    reached: int
+
+
+def results(entries: Sequence[Entry]) -> list[Headline]:
+    """The paper's results, lemma, propositions and Table II, that do not hold as printed."""
+    return _grouped([entry for entry in _wrong(entries) if entry.claim.item.startswith(_RESULTS)], reach(entries))
+
+
+def causes(entries: Sequence[Entry], shown: int = SHOWN) -> list[Headline]:
+    """The other entries that do not hold, those first with which most falls."""
     weight = reach(entries)
-    wrong = [entry for entry in entries if entry.verdict in (Verdict.FAILS, Verdict.CORRECTED)]
-    wrong.sort(key=lambda entry: (-weight[entry.claim.id], entry.verdict is not Verdict.FAILS))
-    return wrong[:shown]
+    others = [entry for entry in _wrong(entries) if not entry.claim.item.startswith(_RESULTS)]
+    grouped = _grouped(others, weight)
+    grouped.sort(key=lambda one: (-one.reached, one.entries[0].verdict is not Verdict.FAILS))
+    return grouped[:shown]
+
+
+def _wrong(entries: Sequence[Entry]) -> list[Entry]:
+    return [entry for entry in entries if entry.verdict in (Verdict.FAILS, Verdict.CORRECTED)]
+
+
+def _grouped(entries: Sequence[Entry], weight: dict[str, int]) -> list[Headline]:
+    groups: dict[tuple[str, str, object], list[Entry]] = {}
+    for entry in entries:
+        groups.setdefault((entry.claim.item, entry.claim.edit or entry.claim.id, entry.verdict), []).append(entry)
+    return [Headline(tuple(group), max(weight[entry.claim.id] for entry in group)) for group in groups.values()]
 
 
 def first_screen(study: Study, entries: Sequence[Entry], found: Sequence[str]) -> Html:
@@ -68,8 +97,6 @@ def first_screen(study: Study, entries: Sequence[Entry], found: Sequence[str]) -
                       href="#ledger", data_verdict=kind))
         for verdict, (kind, word, meaning) in WORDS.items()
     ]
-    weight = reach(entries)
-    wrong = [tag("li", badge(entry.verdict), _finding(entry, weight[entry.claim.id])) for entry in headline(entries)]
     return join(
         [
             tag("p", "An audit by machine", class_="soft"),
@@ -79,8 +106,10 @@ def first_screen(study: Study, entries: Sequence[Entry], found: Sequence[str]) -
                 f"Every equation, table and claim of the paper was transcribed, derived again and judged by exact arithmetic: "
                 f"{len(entries)} entries. The same definitions were then linearised and simulated."), class_="lead"),
             tag("ul", *tiles, class_="tiles"),
-            tag("h3", "What falls, and what to do about it"),
-            tag("ul", *wrong, class_="findings"),
+            tag("h3", "What falls"),
+            _list(results(entries)),
+            tag("h3", "Why, and what to do about it"),
+            _list(causes(entries)),
             tag("h3", "What the numbers show"),
             tag("ul", *(tag("li", typeset(line)) for line in found)),
             tag("p", f"Study: {study.title}, SHA-256 {study.sha256[:12]}…", class_="note"),
@@ -88,9 +117,14 @@ def first_screen(study: Study, entries: Sequence[Entry], found: Sequence[str]) -
     )
 
 
-def _finding(entry: Entry, reached: int) -> Html:
-    claim = entry.claim
-    head = tag("a", label(entry), href=f"#{anchor(claim.id)}")
-    others = f" {reached} other entries fall or change with it." if reached > 1 else " One other entry falls or changes with it." if reached else ""
+def _list(lines: Sequence[Headline]) -> Html:
+    return tag("ul", *(tag("li", badge(one.entries[0].verdict), _line(one)) for one in lines), class_="findings")
+
+
+def _line(one: Headline) -> Html:
+    claim = one.entries[0].claim
+    heads = join((tag("a", typeset(label(entry)), href=f"#{anchor(entry.claim.id)}") for entry in one.entries), ", ")
+    others = "" if not one.reached else f" {one.reached} other entries fall or change with it." if one.reached > 1 else (
+        " One other entry falls or changes with it.")
     todo = tag("p", Html("To do: "), typeset(claim.edit), class_="todo") if claim.edit else ""
-    return tag("div", tag("p", head, Html(": "), typeset(claim.title), Html("."), others), todo)
+    return tag("div", tag("p", heads, Html(": "), typeset(claim.title), Html("."), others), todo)

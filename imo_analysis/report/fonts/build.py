@@ -51,11 +51,12 @@ FAMILY = "Imo Math"
 
 def build(source: Path, target: Path) -> int:
     """Write the subset and return its size in bytes."""
-    from fontTools import subset
-    from fontTools.ttLib import TTFont
+    from fontTools import subset  # type: ignore[import-untyped]
+    from fontTools.ttLib import TTFont  # type: ignore[import-untyped]
 
     font = TTFont(source, recalcTimestamp=False)
-    options = subset.Options(flavor="woff2", layout_features=["ssty", "dtls"], notdef_outline=True, name_IDs=[0, 1, 2, 4, 6, 7, 13, 14])
+    options = subset.Options(
+        flavor="woff2", layout_features=["ssty", "dtls"], notdef_outline=True, name_IDs=[0, 1, 2, 4, 6, 7, 13, 14])
     subsetter = subset.Subsetter(options)
     subsetter.populate(unicodes=[code for first, last in RANGES for code in range(first, last + 1)])
     subsetter.subset(font)
