@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
+from itertools import islice
 from random import Random
 
 from imo_analysis.errors import InputError
@@ -22,12 +23,20 @@ def points(setting: Setting, relations: Sequence[Relation], count: int, seed: in
     InputError
         If none is found: the hypotheses may contradict each other.
     """
+    return [point for point, _ in islice(_points(setting, relations, seed, size), count)]
+
+
+def _points(setting: Setting, relations: Sequence[Relation], seed: int, size: int) -> Iterator[tuple[dict[str, Fraction], bool]]:
+    """Points, each with whether all relations are true there."""
     random = Random(seed)
     variables = setting.free(*relations)
     hypotheses = setting.hypotheses_for(variables)
     signs = {one.left.name: one.op for one in hypotheses
              if isinstance(one.left, Name) and isinstance(one.right, Number) and one.right.value == 0}
-    found: list[dict[str, Fraction]] = []
+    # the signs of free names are met by construction
+    others = [one for one in hypotheses if not (isinstance(one.left, Name) and one.left.name in variables
+                                                and one.left.name in signs and signs[one.left.name] == one.op)]
+    found = 0
     for attempt in range(_TRIES):
         case = setting.cases[attempt % len(setting.cases)]
         # every other round with small numbers: hypotheses such as a < b < a + 1 are met sooner
@@ -37,14 +46,13 @@ def points(setting: Setting, relations: Sequence[Relation], count: int, seed: in
             value = random.randint(1, largest)
             negative = signs.get(name, "")[:1] == "<" or (signs.get(name, "")[:1] != ">" and random.random() < 0.5)
             point[name] = case.get(name, Fraction(-value if negative else value))
-        if truth(setting, hypotheses, relations, point) is not None:
-            found.append(point)
-            if len(found) == count:
-                return found
-    if found:
-        return found
-    listed = ", ".join(map(str, hypotheses))
-    raise InputError(f"setting {setting.name}: no point satisfies {listed}; do they contradict each other?")
+        answer = truth(setting, others if not case else hypotheses, relations, point)
+        if answer is not None:
+            found += 1
+            yield point, answer
+    if not found:
+        listed = ", ".join(map(str, hypotheses))
+        raise InputError(f"setting {setting.name}: no point satisfies {listed}; do they contradict each other?")
 
 
 def truth(setting: Setting, hypotheses: Sequence[Relation], relations: Sequence[Relation],
@@ -63,12 +71,13 @@ def truth(setting: Setting, hypotheses: Sequence[Relation], relations: Sequence[
 def counterexample(setting: Setting, relation: Relation) -> dict[str, Fraction] | None:
     """A point at which the hypotheses hold and the relation does not, made as simple as it goes; None if none was met.
 
-    An equation that is not an identity fails at almost every point, so that three a case are enough to suspect one; an
+    An equation that is not an identity fails at almost every point, so that two a case are enough to suspect one; an
     inequality is tried at more. Nothing rests on that: what is not refuted goes to the kernels to be proved.
     """
     hypotheses = setting.hypotheses_for(setting.free(relation))
-    for point in points(setting, [relation], (3 if relation.op == "=" else 40) * len(setting.cases)):
-        if truth(setting, hypotheses, [relation], point) is False:
+    tries = (2 if relation.op == "=" else 20) * len(setting.cases)
+    for point, answer in islice(_points(setting, [relation], 1, 97), tries):
+        if not answer:
             fixed = {name for case in setting.cases for name in case}
             return _simpler(setting, hypotheses, relation, point, [name for name in point if name not in fixed])
     return None
