@@ -1,8 +1,9 @@
 """Poles over a sweep of the speed, a machine parameter or a gain, as a labelled data set with continuous branches.
 
-Branches are joined by the assignment of least total distance from point to point. Where an assignment is not clear (a pole
-moves more than half as far as the next candidate is away) points in between are computed until it is, down to a 4096th of a
-step; places that stay unclear, such as a double pole, are counted in the attribute ``unclear``.
+Branches are carried on from point to point along their tangents, by the assignment of least total distance from where the
+tangents lead. Where an assignment is not clear (a pole misses its place by more than half of what the next candidate does)
+points in between are computed until it is, down to a 4096th of a step; places that stay unclear, such as a double pole, are
+counted in the attribute ``unclear``.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _DEPTH = 12
+_BUDGET = 48  # points between two neighbours, so that a double pole does not cost 2^12 of them
 _SAME = 1e-9  # of the largest pole: closer than this, two poles are one
 
 
@@ -233,43 +235,57 @@ def _without(values: np.ndarray, targets: np.ndarray) -> np.ndarray:
 def track(points: np.ndarray, evaluate: Callable[[Any], np.ndarray]) -> Track:
     """Join the poles of neighbouring points to branches, with more points where that is not clear."""
     raw = evaluate(points)
+    if len(points) == 1:
+        return Track(raw, 0)
+    walk = _Walk(evaluate, _SAME * float(np.abs(raw).max()))
     branches = np.empty_like(raw)
-    branches[0] = raw[0]
-    tolerance = _SAME * float(np.abs(raw).max())
+    near = points[0] + (points[1] - points[0]) / 1024
+    beside = _nearest(raw[0], evaluate(np.array([near]))[0])
+    branches[0], slope = raw[0], (beside - raw[0]) / (near - points[0])
     unclear = 0
     for k in range(1, len(points)):
-        branches[k], failed = _join(branches[k - 1], raw[k], points[k - 1], points[k], evaluate, tolerance, _DEPTH)
+        walk.budget = _BUDGET
+        branches[k], slope, failed = walk.join(branches[k - 1], slope, raw[k], points[k - 1], points[k], _DEPTH)
         unclear += failed
     return Track(branches, unclear)
 
 
-def _join(
-    before: np.ndarray,
-    after: np.ndarray,
-    x_0: float,
-    x_1: float,
-    evaluate: Callable[[Any], np.ndarray],
-    tolerance: float,
-    depth: int,
-) -> tuple[np.ndarray, bool]:
-    """``after`` in the order of ``before``, and whether the order stayed unclear somewhere."""
+def _nearest(before: np.ndarray, after: np.ndarray) -> np.ndarray:
     from scipy.optimize import linear_sum_assignment
 
-    distance = np.abs(before[:, None] - after[None, :])
-    chosen = linear_sum_assignment(distance)[1]
-    ordered = after[chosen]
-    if _clear(distance, chosen, after, tolerance):
-        return ordered, False
-    if depth == 0:
-        return ordered, True
-    middle = 0.5 * (x_0 + x_1)
-    between, first = _join(before, evaluate(np.array([middle]))[0], x_0, middle, evaluate, tolerance, depth - 1)
-    ordered, second = _join(between, after, middle, x_1, evaluate, tolerance, depth - 1)
-    return ordered, first or second
+    return np.asarray(after[linear_sum_assignment(np.abs(before[:, None] - after[None, :]))[1]])
+
+
+@dataclass
+class _Walk:
+    """Carries branches from one point to the next; ``budget`` is how many points in between it may still compute."""
+
+    evaluate: Callable[[Any], np.ndarray]
+    tolerance: float
+    budget: int = 0
+
+    def join(
+        self, before: np.ndarray, slope: np.ndarray, after: np.ndarray, x_0: float, x_1: float, depth: int
+    ) -> tuple[np.ndarray, np.ndarray, bool]:
+        """``after`` in the order of ``before``, the slopes there, and whether the order stayed unclear somewhere."""
+        from scipy.optimize import linear_sum_assignment
+
+        distance = np.abs((before + slope * (x_1 - x_0))[:, None] - after[None, :])
+        chosen = linear_sum_assignment(distance)[1]
+        ordered = after[chosen]
+        clear = _clear(distance, chosen, after, self.tolerance)
+        if clear or depth == 0 or self.budget == 0:
+            return ordered, (ordered - before) / (x_1 - x_0), not clear
+        self.budget -= 1
+        middle = 0.5 * (x_0 + x_1)
+        between = self.evaluate(np.array([middle]))[0]
+        half, slope, first = self.join(before, slope, between, x_0, middle, depth - 1)
+        ordered, slope, second = self.join(half, slope, after, middle, x_1, depth - 1)
+        return ordered, slope, first or second
 
 
 def _clear(distance: np.ndarray, chosen: np.ndarray, after: np.ndarray, tolerance: float) -> bool:
-    """Whether every pole moved less than half as far as the next candidate that is another value is away."""
+    """Whether every pole misses its predicted place by less than half of what any other value misses it by."""
     rows = np.arange(len(chosen))
     moved = distance[rows, chosen]
     other = np.abs(after[None, :] - after[chosen][:, None]) > tolerance
@@ -305,22 +321,31 @@ def stability_boundaries(
     side = np.where(np.abs(roots.real) <= tolerance, 0, np.sign(roots.real))
     for branch in range(roots.shape[1]):
         for k in np.flatnonzero(side[:-1, branch] * side[1:, branch] < 0):
-            low, high, left = points[k], points[k + 1], roots[k]
-            for _ in range(60):
-                middle = 0.5 * (low + high)
-                if middle in (low, high) or high - low <= 1e-12 * (points[k + 1] - points[k]):
-                    break
-                at, _ = _join(left, evaluate(np.array([middle]))[0], low, middle, evaluate, tolerance, _DEPTH)
-                if np.sign(at[branch].real) == side[k, branch]:
-                    low, left = middle, at
-                else:
-                    high = middle
-            found.append({"value": float(0.5 * (low + high)), "im": float(left[branch].imag), "branch": branch + 1,
+            value, pole = _crossing(evaluate, (points[k], points[k + 1]), (roots[k, branch], roots[k + 1, branch]))
+            found.append({"value": value, "im": float(pole.imag), "branch": branch + 1,
                           "direction": float(side[k + 1, branch])})
         for k in np.flatnonzero((side[1:-1, branch] == 0) & (side[:-2, branch] * side[2:, branch] < 0)):
             found.append({"value": float(points[k + 1]), "im": float(roots[k + 1, branch].imag), "branch": branch + 1,
                           "direction": float(side[k + 2, branch])})
     return sorted(found, key=lambda crossing: crossing["value"])
+
+
+def _crossing(
+    evaluate: Callable[[Any], np.ndarray], ends: tuple[float, float], poles_there: tuple[complex, complex]
+) -> tuple[float, complex]:
+    """Halve the step in which one branch crosses the axis; at each point the branch is the pole nearest to its chord."""
+    (low, high), (left, right) = ends, poles_there
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        if middle in (low, high):
+            break
+        candidates = evaluate(np.array([middle]))[0]
+        pole = candidates[np.argmin(np.abs(candidates - 0.5 * (left + right)))]
+        if np.sign(pole.real) == np.sign(left.real):
+            low, left = middle, pole
+        else:
+            high, right = middle, pole
+    return float(0.5 * (low + high)), left
 
 
 def sweep_observers(
