@@ -69,7 +69,7 @@ def run(args: argparse.Namespace) -> int:
         gains={**settings.gains, **_numbers(args.gain, "--gain")},
         initial={**settings.initial, **_numbers(args.initial, "--initial")},
     )
-    _tell(args, log, found, treatment, fit, level)
+    _tell(args, log, found, treatment, fit, level, observers)
     with tempfile.TemporaryDirectory(prefix="imo_replay_") as folder:
         place = args.out or str(Path(folder) / "est.nc")
         results = _run(args, log, observers, found, machine, treatment, place)
@@ -141,7 +141,9 @@ def _observers(written: list[str]) -> list[str]:
     return list(OBSERVERS) if "all" in names else list(dict.fromkeys(names)) or ["repaired"]
 
 
-def _tell(args: argparse.Namespace, log: Any, found: Any, treatment: Any, fit: Any, level: Any) -> None:
+def _tell(
+    args: argparse.Namespace, log: Any, found: Any, treatment: Any, fit: Any, level: Any, observers: list[Any]
+) -> None:
     from imo_analysis.commands.output import say
 
     end = found.start + found.rows * found.sample_time
@@ -155,6 +157,8 @@ def _tell(args: argparse.Namespace, log: Any, found: Any, treatment: Any, fit: A
     if turn > 0.3:
         say(args, f"  coarse: the voltages turn by {turn:.2g} rad a sample, and straight lines between samples miss up to "
                   f"{100 * turn * turn / 8:.2g} % of them")
+    speed = observers[0].initial.get("omega_hat")
+    say(args, "  begun at standstill without flux" if speed is None else f"  begun on the fly at omega_hat = {speed:.4g} rad/s")
     if fit is not None:
         say(args, f"  fits the machine: the currents account for {100 * fit.share:.2f} % of the voltages, factor "
                   f"{abs(fit.factor):.3f}")
@@ -221,8 +225,8 @@ def _report(args: argparse.Namespace, results: dict[str, dict[str, Any]], verdic
         if one["lost_at"] is not None:
             say(args, f"{name}: diverged at t = {one['lost_at']:.6g} s; its estimates end there")
             continue
-        say(args, f"{name}: last omega_hat {one['omega_hat']:.5g} rad/s, current error {100 * one['current_error_share']:.2g} %"
-            if one["current_error_share"] is not None else f"{name}: last omega_hat {one['omega_hat']:.5g} rad/s")
+        missed = 100 * one["current_error_share"]
+        say(args, f"{name}: last omega_hat {one['omega_hat']:.5g} rad/s, current error {missed:.2g} %")
         if one["speed_error_rms"] is not None:
             std, mean, rms, peak = (one[f"speed_error_{key}"] for key in ("std", "mean", "rms", "peak"))
             say(args, f"  {_settled(one['settled_at'])}; from {one['counted_from']:.4g} s on: speed error std {std:.3g}, "

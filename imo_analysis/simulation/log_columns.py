@@ -119,7 +119,7 @@ def choose(
     columns : mapping
         Role (or a common name of it) to column name: what the user said. A name ``none`` leaves that role out.
     units : mapping
-        Role, or ``time``, ``voltage``, ``current``, ``speed``, to the unit in the file.
+        Role, column, or ``time``, ``voltage``, ``current``, ``speed``, to the unit in the file.
     where : str
         The file, for error texts.
     timed : bool
@@ -142,7 +142,7 @@ def choose(
             roles = [known[0]]
         for role in roles:
             unit = known[1] if known and known[1] in UNITS[quantity(role)] else None
-            found.setdefault(role, []).append(Column(name, role, _unit(role, units) or unit or _si(role)))
+            found.setdefault(role, []).append(Column(name, role, _unit(role, name, header, units) or unit or _si(role)))
     for role, several in found.items():
         measured = [column for column in several if "meas" in column.name]
         if len(several) > 1 and len(measured) == 1:
@@ -162,12 +162,14 @@ def _si(role: str) -> str:
     return next(iter(UNITS[quantity(role)]))
 
 
-def _unit(role: str, units: Mapping[str, str]) -> str | None:
+def _unit(role: str, name: str, header: Sequence[str], units: Mapping[str, str]) -> str | None:
+    """The unit that the user said for a column: by its name, its role or its quantity."""
     for written, unit in units.items():
-        kind = written if written in UNITS and written != "time" else quantity(role_of(written))
-        if unit not in UNITS[kind]:
-            raise InputError(f"unit {written}={unit} is not known; choose one of: {', '.join(UNITS[kind])}")
-        if written == quantity(role) or (written not in UNITS and role_of(written) == role):
+        a_role = written not in header and written not in UNITS
+        meant = written in (name, quantity(role)) or (a_role and role_of(written) == role)
+        if meant and unit not in UNITS[quantity(role)]:
+            raise InputError(f"unit {written}={unit} is not known; choose one of: {', '.join(UNITS[quantity(role)])}")
+        if meant:
             return unit
     return None
 

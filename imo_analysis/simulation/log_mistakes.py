@@ -60,9 +60,10 @@ MISTAKES = (
     Mistake("the currents (or the voltages) have the wrong sign", -1.0),
     Mistake("the phases of the currents are shifted by one against those of the voltages", _TURN),
     Mistake("the phases of the currents are shifted by one against those of the voltages", 1 / _TURN),
-    Mistake("two phases of the currents (or of the voltages) are swapped", swap=True),
-    Mistake("two phases of the currents (or of the voltages) are swapped", _TURN, swap=True),
-    Mistake("two phases of the currents (or of the voltages) are swapped", 1 / _TURN, swap=True),
+    # the mirrored machine turns the other way: which of the two is swapped shows only in a recorded speed
+    *(Mistake("two phases of the voltages are swapped (or, if no speed was read, of the currents)", turn, swap=True)
+      for turn in (1.0, _TURN, 1 / _TURN)),
+    *(Mistake("two phases of the currents are swapped", turn, swap=True, speed=-1.0) for turn in (1.0, _TURN, 1 / _TURN)),
     Mistake("the time is in ms but was taken for s (--unit time=ms)", time=1e-3),
     Mistake("the time is in us but was taken for s (--unit time=us)", time=1e-6),
     Mistake("the time is in s but was taken for ms (--unit time=s)", time=1e3),

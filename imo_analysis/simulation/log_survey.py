@@ -32,8 +32,8 @@ class Survey:
         Steps of time that are not one sampling period (0 unless they are to be bridged).
     peak_speed : float
         Largest measured speed in size, electrical rad/s; NaN without one.
-    stretch : Samples
-        The block with the most apparent power.
+    head, stretch : Samples
+        The first block, and the block with the most apparent power.
     zero_sequence : float
         RMS of the sum of the phase currents over that of one of them; NaN where not all three were recorded.
     """
@@ -43,6 +43,7 @@ class Survey:
     sample_time: float
     gaps: int
     peak_speed: float
+    head: Samples
     stretch: Samples
     zero_sequence: float
 
@@ -65,11 +66,12 @@ def survey(log: Log, bridge: bool = False) -> Survey:
     rows = gaps = 0
     period = last = start = math.nan
     speed = most = -1.0
+    head: Samples | None = None
     stretch: Samples | None = None
     current = voltage = zero = 0.0
     for block in log.blocks(BLOCK):
         if rows == 0:
-            start = float(block.time[0])
+            head, start = block, float(block.time[0])
             period = _period(log, block)
         time = block.time if rows == 0 else np.concatenate([[last], block.time])
         gaps += _check_steps(log, time, period, block.first + len(block) - len(time) + 1, bridge)
@@ -84,7 +86,7 @@ def survey(log: Log, bridge: bool = False) -> Survey:
         power = float(np.hypot(block.u_ds, block.u_qs) @ np.hypot(block.i_ds, block.i_qs))
         if power > most:
             most, stretch = power, block
-    assert stretch is not None
+    assert head is not None and stretch is not None
     for what, size in (("voltage", voltage), ("current", current)):
         if size == 0:
             raise InputError(f"{log.path}: the {what} is zero in every sample; nothing can be estimated from it")
@@ -99,7 +101,7 @@ def survey(log: Log, bridge: bool = False) -> Survey:
         )
     if not gaps and log.rate is None:
         period = (last - start) / (rows - 1)
-    return Survey(rows, start, period, gaps, speed if speed >= 0 else math.nan, stretch, sequence)
+    return Survey(rows, start, period, gaps, speed if speed >= 0 else math.nan, head, stretch, sequence)
 
 
 def _period(log: Log, block: Samples) -> float:
@@ -123,10 +125,10 @@ def _check_steps(log: Log, time: np.ndarray, period: float, first: int, bridge: 
     if log.rate is not None:
         return 0
     steps = np.diff(time)
+    backwards = np.flatnonzero(steps <= 0)
     odd = np.flatnonzero(~(np.abs(steps - period) <= UNEVEN * period))
-    if not len(odd):
+    if not len(odd) and not len(backwards):
         return 0
-    backwards = odd[steps[odd] <= 0]
     if len(backwards) or not bridge:
         at = int(backwards[0] if len(backwards) else odd[0])
         where = f"{log.place(first + at)} (t = {time[at + 1]:.9g} s)"

@@ -20,7 +20,7 @@ from imo_analysis.equations.catalogue import OBSERVERS
 from imo_analysis.errors import InputError
 from imo_analysis.machine import InductionMachine
 from imo_analysis.notation import symbol
-from imo_analysis.simulation.log_check import Level
+from imo_analysis.simulation.log_check import Level, flying_start
 from imo_analysis.simulation.log_survey import Survey, steps_of
 from imo_analysis.simulation.logs import BLOCK, Log, Samples
 from imo_analysis.simulation.replay_gains import default_bandwidth, default_gains
@@ -110,7 +110,7 @@ class Runner:
             )
 
     def _start(self, i_ds: float, i_qs: float) -> None:
-        """No flux, standstill, alpha as the machine's: what is known before the record. z = i + beta phi is then i."""
+        """Currents as recorded, alpha as the machine's, and, unless ``initial`` knows better, no flux (z = i) at standstill."""
         known = {"i_ds_hat": i_ds, "i_qs_hat": i_qs, "z_1_hat": i_ds, "z_2_hat": i_qs, "xi_1_hat": i_ds, "xi_2_hat": i_qs,
                  "alpha_hat": self.machine.alpha, **self.initial}
         self.x = np.array([float(known.get(state, 0.0)) for state in OBSERVERS[self.name].states])
@@ -159,7 +159,7 @@ def runners(
     gains: Mapping[str, float] | None = None,
     initial: Mapping[str, float] | None = None,
 ) -> list[Runner]:
-    """The observers, with gains by the rule of `replay_gains` but for those given.
+    """The observers, with gains by the rule of `replay_gains` and starts by `flying_start` but for what is given.
 
     Raises
     ------
@@ -167,13 +167,17 @@ def runners(
         If an observer, a gain or a state is not known.
     """
     made = []
+    begin = flying_start(survey.head, survey.sample_time, machine)
     for name in names:
         if name not in OBSERVERS:
             raise InputError(f"observer = {name!r} is not known; choose from: {', '.join(OBSERVERS)}")
         wide = default_bandwidth(survey.sample_time) if bandwidth is None else bandwidth
-        chosen = default_gains(name, machine, level.flux, abs(level.stator_frequency), wide)
         mine = {key: value for key, value in (gains or {}).items() if len(names) == 1 or key in OBSERVERS[name].gains}
-        start = {key: value for key, value in (initial or {}).items() if len(names) == 1 or key in OBSERVERS[name].states}
+        chosen = {}
+        if not mine.keys() >= set(OBSERVERS[name].gains):
+            chosen = default_gains(name, machine, level.flux, abs(level.stator_frequency), wide)
+        start = {key: value for key, value in begin.items() if key in OBSERVERS[name].states}
+        start |= {key: value for key, value in (initial or {}).items() if len(names) == 1 or key in OBSERVERS[name].states}
         made.append(Runner(name, machine, treatment, {**chosen, **mine}, start, survey.sample_time))
     for given, kind in ((gains or {}, "gain"), (initial or {}, "state")):
         for key in given:

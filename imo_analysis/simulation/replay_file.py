@@ -61,16 +61,18 @@ def write_estimates(
                                      data=np.array(observers, dtype=object))
         names.attrs["long_name"] = "observer"
         file.attrs.update(attrs)
+        variables: dict[str, Any] = {}
         for block in blocks:
             part = slice(-block.first % every, None, every)
             at = math.ceil(block.first / every)
             for name, values in block.values.items():
-                if name not in file.variables:
+                if name not in variables:
                     dims = ("time",) if values.ndim == 1 else ("observer", "time")
                     chunks = (min(kept, BLOCK),) if values.ndim == 1 else (1, min(kept, BLOCK))
-                    file.create_variable(name, dims, dtype="f8", chunks=chunks).attrs.update(attributes(name))
+                    variables[name] = file.create_variable(name, dims, dtype="f8", chunks=chunks)
+                    variables[name].attrs.update(attributes(name))
                 few = values[..., part]
                 if few.shape[-1]:
-                    file.variables[name][..., at : at + few.shape[-1]] = few
+                    variables[name][..., at : at + few.shape[-1]] = few
             if watch:
                 watch(block)

@@ -62,7 +62,8 @@ class Tally:
         Parameters
         ----------
         after : float, optional
-            Errors count from this time on, in s from the start of the record; from where they settled if not given.
+            Errors count from this time on, in s from the start of the record; from where they settled if not
+            given, and over the second half if they did not.
 
         Returns
         -------
@@ -80,7 +81,9 @@ class Tally:
             outside = np.flatnonzero(~(peak <= SETTLED * self.survey.peak_speed)) if speed else np.array([], dtype=int)
             first = int(outside[-1]) + 1 if len(outside) else 0
             settled = speed and runner.lost < 0 and first < self.bins
-            begin = first if after is None else int(np.searchsorted(edge, after - 0.5 * T))
+            begin = first if first < self.bins else self.bins // 2
+            if after is not None:
+                begin = int(np.searchsorted(edge, after - 0.5 * T))
             counted = slice(begin, None)
             count = float(self.samples[counted].sum())
             errors = dict.fromkeys(("rms", "std", "mean", "peak"))
