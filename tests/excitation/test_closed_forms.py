@@ -20,7 +20,8 @@ def mean_gram(run):
     return np.einsum("rit,rjt->ij", dense, dense) / source.samples
 
 
-@pytest.mark.parametrize(("depth", "frequency", "slip"), [(0.0, 20.0, 3.0), (0.05, 20.0, 3.0), (0.2, 40.0, 0.0), (0.1, 8.0, -5.0)])
+@pytest.mark.parametrize(
+    ("depth", "frequency", "slip"), [(0.0, 20.0, 3.0), (0.05, 20.0, 3.0), (0.2, 40.0, 0.0), (0.1, 8.0, -5.0)])
 def test_modulated_flux_at_constant_slip(depth, frequency, slip):
     """2 pi seconds hold whole periods of every line, so that the rectangle rule is exact to rounding."""
     run = motion(duration=2 * math.pi, step=2 * math.pi / 40_000, modulation=depth, frequency=frequency, omega=90.0, slip=slip)
@@ -133,3 +134,13 @@ def test_twice_the_noise_is_twice_the_deviation_and_four_times_the_time_half():
     long = bounds.deviations(MACHINE, motion_, bounds.Measurement(0.1, 1e4, 4.0))
     for name in one:
         assert loud[name] == pytest.approx(2 * one[name], rel=1e-9) and long[name] == pytest.approx(one[name] / 2, rel=1e-9)
+
+
+def test_what_a_window_of_constant_flux_tells_of_the_speed():
+    """Schur complement of the simulated 4x4 Gram integral against its closed form, down to slow stator frequencies."""
+    for stator, duration in ((100.0, 0.05), (10.0, 0.2), (2.0, 0.1)):
+        run = motion(duration=duration, step=duration / 20_000, omega=stator, slip=0.0)
+        gram = mean_gram(run) * duration
+        schur = gram[3, 3] - gram[3, :2] @ np.linalg.solve(gram[:2, :2], gram[:2, 3])
+        closed = steady_state.speed_information(0.5307, MACHINE.beta, stator, duration, math.cos(stator * duration))
+        assert schur == pytest.approx(closed, rel=1e-3)
