@@ -1,0 +1,94 @@
+"""``imo poles`` from the outside: tables, sweeps, files, pictures and refusals."""
+
+import csv
+import json
+from pathlib import Path
+
+import pytest
+
+from imo_analysis.cli import main
+
+
+def test_table_beside_the_printed_one(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["poles", "--omega", "30,60,100", "--json", "-"]) == 0
+    out, err = capsys.readouterr()
+    data = json.loads(out)
+    assert data["schema"] == "imo-poles/1"
+    entry = next(row for row in data["table"] if row["observer"] == "consistent_12" and row["omega"] == 60.0)
+    assert entry["at_zero"] == 2 and entry["column"] == "proposed"
+    assert sorted(re for re, _ in entry["printed"]) == [-248.28, -248.28, -247.11, -247.11]
+    assert "24 of Table II's 24 numbers" in err and "-347.97 + 13.97j" in err
+
+
+def test_sweep_with_a_range_that_begins_with_a_dash(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    import xarray as xr
+
+    plot, plane, out, table = (tmp_path / name for name in ("a.svg", "b.svg", "c.nc", "c.csv"))
+    command = ["poles", "--sweep", "-150:150:31", "--observer", "baseline", "consistent_12"]
+    assert main([*command, "--plot", str(plot), "--map", str(plane), "--out", str(out)]) == 0
+    assert main([*command, "--out", str(table)]) == 0
+    assert plot.read_text().count("<svg") == 1 and "rad/s" not in capsys.readouterr().err
+    with xr.open_dataset(out, engine="h5netcdf") as data:
+        assert dict(data.sizes) == {"observer": 2, "omega": 31, "branch": 6}
+        assert data["re"].attrs["units"] == "1/s"
+        values = {(str(o), float(w), int(b)): float(data["re"].sel(observer=o, omega=w, branch=b))
+                  for o in ("baseline", "consistent_12") for w in (-150.0, 0.0, 150.0) for b in (1, 4)}
+    with table.open(newline="") as file:
+        rows = {(r["observer"], float(r["omega"]), int(r["branch"])): float(r["re"]) for r in csv.DictReader(file)}
+    assert len(rows) == 31 * (4 + 6)
+    assert all(rows[key] == value for key, value in values.items())
+    # the same data gives the same picture, byte for byte
+    again = tmp_path / "d.svg"
+    assert main([*command, "--plot", str(again)]) == 0
+    assert again.read_bytes() == plot.read_bytes()
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["a.svg", "b.svg", "c.csv", "c.nc", "d.svg"]
+
+
+def test_adaptation_and_other_parameters(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["poles", "--full", "2", "--omega", "60", "--observer", "repaired", "--json", "-"]) == 0
+    poles = json.loads(capsys.readouterr().out)["table"][0]["poles"]
+    assert len(poles) == 8 and min(abs(re) + abs(im - 62.0) for re, im in poles) < 1e-6
+    assert main(["poles", "--over", "k_2", "--sweep", "0:100:11", "--at", "60", "--observer", "printed_L", "--json", "-"]) == 0
+    data = json.loads(capsys.readouterr().out)["sweep"]
+    assert data["over"] == "k_2" and data["unstable"]["printed_L"] == 10
+
+
+def test_machine_file_takes_the_place_of_the_studys(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    from imo_analysis.machine import preset
+
+    path = tmp_path / "machine.toml"
+    path.write_text(preset("table-iii").to_toml())
+    results = []
+    for machine in (str(path), "table-iii"):
+        assert main(["poles", "--omega", "30", "--machine", machine, "--json", "-"]) == 0
+        results.append(json.loads(capsys.readouterr().out)["table"])
+    assert results[0] == results[1]
+
+
+@pytest.mark.parametrize(("arguments", "message"), [
+    (["--sweep", "0:1:0"], "--sweep 0:1:0 is empty; COUNT must be 1 or more"),
+    (["--sweep", "-150:150"], "must be START:STOP:COUNT"),
+    (["--sweep", "-150:150:3:4"], "must be START:STOP:COUNT"),
+    (["--sweep", "150:-150:3"], "STOP above START"),
+    (["--sweep", "nan:1:3"], "must have finite ends"),
+    (["--sweep", "0:1:99999999999"], "too many points"),
+    (["--omega", "30,nan"], "must be finite"),
+    (["--omega", "fast"], "must be numbers"),
+    (["--omega", ","], "is empty"),
+    (["--observer", "kalman"], "observer = 'kalman' is not known; choose from: baseline"),
+    (["--over", "k_2", "--sweep", "0:1:3"], "needs the speed: --at"),
+    (["--over", "k_2"], "needs --sweep"),
+    (["--over", "mass", "--at", "3", "--sweep", "0:1:3"], "'mass' is not a parameter"),
+    (["--plot", "poles.png"], "must end in .svg"),
+    (["--out", "poles.txt"], "must end in .nc or .csv"),
+    (["--machine", "nowhere.toml"], "cannot read nowhere.toml"),
+    (["--study", "nowhere.toml"], "cannot read nowhere.toml"),
+    (["--sweep", "0:1:3", "--out", "no/such/folder/x.nc"], "cannot write no/such/folder/x.nc"),
+    (["--full", "nan"], "slip = nan rad/s"),
+    (["--full", "2", "--observer", "printed_7"], "no time-invariant linearisation"),
+])
+def test_bad_input_is_one_line_and_code_2(arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["poles", *arguments]) == 2
+    error = capsys.readouterr().err
+    lines = [line for line in error.splitlines() if line.startswith("imo:")]
+    assert len(lines) == 1 and message in lines[0], error
