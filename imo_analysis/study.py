@@ -70,12 +70,6 @@ class Study(Table):
         if feedback != "measured" and feedback not in self.observers:
             known = ", ".join(["measured", *self.observers])
             raise ValueError(f"drive.feedback = {feedback!r} must be one of: {known}")
-        for window in self.windows:
-            if window.start >= self.simulation.duration:
-                raise ValueError(
-                    f"the window {window.title!r} starts at {window.start:g} s, after the end of the run at "
-                    f"{self.simulation.duration:g} s; move it or lengthen simulation.duration"
-                )
         return self
 
     # Reading ---------------------------------------------------------------------------------------------------------

@@ -65,7 +65,7 @@ def _write(args: argparse.Namespace, study: Any, data: Any, fault: str | None) -
     say(args, f"{study.title}: {end:g} s of motor time, {data.sizes['time']} records")
     if args.out:
         save_run(data, args.out)
-    plots = _plot(args.plot, study, data) if args.plot and data.sizes["time"] > 1 else []
+    plots = _plot(args, study, data) if args.plot and data.sizes["time"] > 1 else []
     found = summary(data) if data.sizes["time"] else {}
     for name, one in found.items():
         if one["lost_at"] is not None:
@@ -83,10 +83,12 @@ def _write(args: argparse.Namespace, study: Any, data: Any, fault: str | None) -
     })
 
 
-def _plot(name: str, study: Any, data: Any) -> list[str]:
+def _plot(args: argparse.Namespace, study: Any, data: Any) -> list[str]:
+    from imo_analysis.commands.output import say
     from imo_analysis.report.run_figures import speed_figure
     from imo_analysis.report.style import save_svg
 
+    name = args.plot
     save_svg(speed_figure(data), name)
     names = [name]
     for n, window in enumerate(study.windows, 1):
@@ -94,4 +96,6 @@ def _plot(name: str, study: Any, data: Any) -> list[str]:
             path = str(Path(name).with_name(f"{Path(name).stem}-{n}.svg"))
             save_svg(speed_figure(data, (window.start, window.stop)), path)
             names.append(path)
+        else:
+            say(args, f"window {window.title!r} ({window.start:g} to {window.stop:g} s) holds no records and is not drawn")
     return names

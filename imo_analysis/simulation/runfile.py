@@ -32,7 +32,7 @@ def save_run(run: xr.Dataset, path: str | Path) -> None:
     InputError
         If the ending is not known or the file cannot be written.
     """
-    write = _choose(path, {".nc": _write_netcdf, ".csv": _write_csv, ".parquet": _write_parquet})
+    write = _choose(path, {".nc": write_netcdf, ".csv": _write_csv, ".parquet": _write_parquet})
     with replacing(path) as beside:
         write(run, beside)
 
@@ -78,11 +78,16 @@ def _choose(path: str | Path, ways: dict[str, Any]) -> Any:
     return ways[ending]
 
 
-def _write_netcdf(run: xr.Dataset, path: Path) -> None:
-    # xarray's own writer imports dask where that is installed, which takes longer than the whole simulation
+def write_netcdf(run: xr.Dataset, path: Path) -> None:
+    """Write any data set of numbers and text as NetCDF 4, attributes of numbers and text included."""
+    # xarray's own writer imports dask where that is installed, which takes longer than the whole simulation; and HDF5 crashes
+    # the process when the disk is full, so that it writes to memory and the bytes go to the file in one piece
+    import io
+
     import h5netcdf
 
-    with h5netcdf.File(path, "w") as file:
+    memory = io.BytesIO()
+    with h5netcdf.File(memory, "w") as file:
         file.dimensions = dict(run.sizes)
         for name, values in {**run.coords, **run.data_vars}.items():
             text = values.dtype.kind in "UO"
@@ -92,6 +97,7 @@ def _write_netcdf(run: xr.Dataset, path: Path) -> None:
             )
             variable.attrs.update({str(key): value for key, value in values.attrs.items()})
         file.attrs.update({str(key): value for key, value in run.attrs.items()})
+    path.write_bytes(memory.getbuffer())
 
 
 def _read_netcdf(path: Path) -> xr.Dataset:
@@ -122,40 +128,41 @@ def _head(run: xr.Dataset) -> str:
     return json.dumps({"attrs": attrs, "variables": variables, "observers": observers})
 
 
-def _unframe(frame: Any, head: str) -> xr.Dataset:
+def _unframe(columns: dict[str, Any], head: str) -> xr.Dataset:
     import xarray as xr
 
     known = json.loads(head)
     observers, attributes = known["observers"], known["variables"]
     single: dict[str, Any] = {}
     each: dict[str, dict[str, Any]] = {}
-    for column in frame.columns:
+    for column, values in columns.items():
         match = _COLUMN.fullmatch(column)
         if match:
-            each.setdefault(match[1], {})[match[2]] = frame[column].to_numpy()
+            each.setdefault(match[1], {})[match[2]] = values
         elif column != "time":
-            single[column] = ("time", frame[column].to_numpy(), attributes.get(column, {}))
+            single[column] = ("time", values, attributes.get(column, {}))
     for name, rows in each.items():
         single[name] = (("observer", "time"), np.array([rows[observer] for observer in observers]), attributes.get(name, {}))
-    coordinates = {"time": ("time", frame["time"].to_numpy(), attributes.get("time", {})), "observer": observers}
+    coordinates = {"time": ("time", columns["time"], attributes.get("time", {})), "observer": observers}
     return xr.Dataset(single, coords=coordinates, attrs=known["attrs"])
 
 
 def _write_csv(run: xr.Dataset, path: Path) -> None:
     with open(path, "w", encoding="utf-8", newline="\n") as file:
         file.write(f"# {_head(run)}\n")
-        _frame(run).to_csv(file, index=False, lineterminator="\n")
+        _frame(run).to_csv(file, index=False, lineterminator="\n", na_rep="nan")
 
 
 def _read_csv(path: Path) -> xr.Dataset:
-    import pandas as pd
-
     with open(path, encoding="utf-8") as file:
         head = file.readline()
         if not head.startswith("# {"):
             raise ValueError("its first line is not '# {...}'; for a recorded log use: imo replay")
-        frame = pd.read_csv(file, float_precision="round_trip", dtype=float)
-    return _unframe(frame, head[2:])
+        names = file.readline().rstrip("\n").split(",")
+        rows = np.loadtxt(file, delimiter=",", ndmin=2)
+    if len(rows) and rows.shape[1] != len(names):
+        raise ValueError(f"it has {len(names)} names and {rows.shape[1]} columns")
+    return _unframe({name: rows[:, n] for n, name in enumerate(names)}, head[2:])
 
 
 def _write_parquet(run: xr.Dataset, path: Path) -> None:
@@ -173,6 +180,6 @@ def _read_parquet(path: Path) -> xr.Dataset:
     metadata = table.schema.metadata or {}
     if b"imo_run" not in metadata:
         raise ValueError("it has no 'imo_run' in its metadata")
-    return _unframe(table.to_pandas(), metadata[b"imo_run"].decode())
+    return _unframe({name: table[name].to_numpy() for name in table.column_names}, metadata[b"imo_run"].decode())
 
 
