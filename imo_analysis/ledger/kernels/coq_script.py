@@ -26,15 +26,33 @@ Ltac zero_quotient :=
 Ltac away_from_zero :=
   first [ assumption | lra | zero_quotient | nra
         | intro; match goal with H : _ <> _ |- False => solve [ apply H; lra | apply H; nra ] end ].
-Ltac by_field := first [ ring | field; repeat split; away_from_zero ].
+Ltac by_field := field; repeat split; away_from_zero.
 
 (* signs of weights: by hypotheses, through sums, products and quotients *)
-Ltac positive :=
-  first [ lra | apply Rmult_lt_0_compat; positive | apply Rinv_0_lt_compat; positive | apply Rplus_lt_0_compat; positive
-        | apply pow_lt; positive | apply Rdiv_lt_0_compat; positive ].
-Ltac not_negative :=
-  first [ lra | apply pow2_ge_0 | apply Rabs_pos | apply Rmult_le_pos; not_negative | apply Rplus_le_le_0_compat; not_negative
-        | apply Rlt_le; positive | apply Rle_mult_inv_pos; [ not_negative | positive ] | nra ].
+Lemma product_ge a b : a <= 0 -> b <= 0 -> 0 <= a * b. Proof. nra. Qed.
+Lemma product_gt a b : a < 0 -> b < 0 -> 0 < a * b. Proof. nra. Qed.
+Lemma product_le_left a b : a <= 0 -> 0 <= b -> a * b <= 0. Proof. nra. Qed.
+Lemma product_le_right a b : 0 <= a -> b <= 0 -> a * b <= 0. Proof. nra. Qed.
+Lemma product_lt_left a b : a < 0 -> 0 < b -> a * b < 0. Proof. nra. Qed.
+Lemma product_lt_right a b : 0 < a -> b < 0 -> a * b < 0. Proof. nra. Qed.
+Ltac ge := first [ lra | apply pow2_ge_0 | apply Rabs_pos | solve [ unfold Rdiv; lazymatch goal with
+  | |- 0 <= _ * _ => first [ solve [ apply Rmult_le_pos; ge ] | solve [ apply product_ge; le ] ]
+  | |- 0 <= _ + _ => apply Rplus_le_le_0_compat; ge
+  | |- 0 <= _ => apply Rlt_le; gt end ] ]
+with gt := first [ lra | solve [ unfold Rdiv; lazymatch goal with
+  | |- 0 < _ * _ => first [ solve [ apply Rmult_lt_0_compat; gt ] | solve [ apply product_gt; lt ] ]
+  | |- 0 < / _ => apply Rinv_0_lt_compat; gt
+  | |- 0 < _ ^ _ => apply pow_lt; gt
+  | |- 0 < - _ => apply Ropp_gt_lt_0_contravar; red; lt
+  | |- 0 < _ => apply Rplus_lt_0_compat; gt end ] ]
+with le := first [ lra | solve [ unfold Rdiv; lazymatch goal with
+  | |- _ * _ <= 0 => first [ solve [ apply product_le_left; [ le | ge ] ] | solve [ apply product_le_right; [ ge | le ] ] ]
+  | |- _ <= 0 => apply Rlt_le; lt end ] ]
+with lt := first [ lra | solve [ unfold Rdiv; lazymatch goal with
+  | |- _ * _ < 0 => first [ solve [ apply product_lt_left; [ lt | gt ] ] | solve [ apply product_lt_right; [ gt | lt ] ] ]
+  | |- / _ < 0 => apply Rinv_lt_0_compat; lt
+  | |- - _ < 0 => apply Ropp_lt_gt_0_contravar; red; gt end ] ].
+Ltac not_negative := first [ ge | nra ].
 
 (* cases, definitions, absolute values *)
 Ltac prepare :=
