@@ -7,7 +7,7 @@ shorthand w = alpha xi_tilde - j omega z_tilde and q = k_3 z_tilde - j kappa s x
 
 def corrected_13(i_ds_tilde, i_qs_tilde, z_1_tilde, z_2_tilde, xi_1_tilde, xi_2_tilde, alpha_tilde, omega_tilde,
                  alpha, omega, omega_hat, k_2, k_3, g, K_p):
-    """V of (13) in A^2, with alpha/(2 k_3) where alpha/(2 k_2) is printed. Positive only where omega and omega_hat agree in sign."""
+    """V of (13) in A^2, with alpha/(2 k_3) where alpha/(2 k_2) is printed. Needs omega and omega_hat of one sign."""
     return (
         (i_ds_tilde**2 + i_qs_tilde**2) / 2
         + omega / (2 * k_2 * omega_hat) * (z_1_tilde**2 + z_2_tilde**2)

@@ -1,1 +1,1 @@
-"""What the paper prints, as data: `equations` (1)-(23), `tables` I-III, `statements` (lemmas, propositions, claims in the text)."""
+"""What the paper prints, as data: equations (1)-(23), Tables I-III, statements; `contents` has all of it in order."""

@@ -13,9 +13,18 @@ EQUATIONS: tuple[Item, ...] = (*EQUATIONS_MODEL, *EQUATIONS_OBSERVER, *EQUATIONS
 
 # What stands before what on paper, told by the equation after which a table or statement appears.
 _AFTER = {
-    "table1": "eq1", "baseline-not-convergent": "eq4", "z-needs-measurements-only": "eq7", "projection-keeps-bound": "eq10",
-    "remark-III.1": "eq11", "lemma-IV.1": "eq11", "proposition-IV.2": "eq11", "projection-inequality": "eq15",
-    "sign-operator": "eq15", "bounded-from-16": "eq16", "barbalat-step": "eq18", "proposition-IV.3": "eq18",
+    "table1": "eq1",
+    "baseline-not-convergent": "eq4",
+    "z-needs-measurements-only": "eq7",
+    "projection-keeps-bound": "eq10",
+    "remark-III.1": "eq11",
+    "lemma-IV.1": "eq11",
+    "proposition-IV.2": "eq11",
+    "projection-inequality": "eq15",
+    "sign-operator": "eq15",
+    "bounded-from-16": "eq16",
+    "barbalat-step": "eq18",
+    "proposition-IV.3": "eq18",
     "proposition-IV.4": "eq21",
 }
 

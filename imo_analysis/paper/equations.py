@@ -28,13 +28,15 @@ EQUATIONS_MODEL: tuple[Item, ...] = (
             Row("A.2", "i_qs_dot = -gamma*i_qs - beta*omega*phi_dr + alpha*beta*phi_qr + u_qs/sigma"),
             Row("A.3", "phi_dr_dot = alpha*L_m*i_ds - alpha*phi_dr - omega*phi_qr"),
             Row("A.4", "phi_qr_dot = alpha*L_m*i_qs + omega*phi_dr - alpha*phi_qr"),
-            Row("B", latex=r"B' = \begin{bmatrix} \frac{1}{\sigma} & 0 \\ 0 & \frac{1}{\sigma} \\ 0 & 0 \\ 0 & 0 \end{bmatrix}^T"),
+            Row("B", latex=r"B' = \begin{bmatrix} \frac{1}{\sigma} & 0 \\ 0 & \frac{1}{\sigma} \\ 0 & 0 \\ 0 & 0 "
+            r"\end{bmatrix}^T"),
             Row("C", latex=r"C' = \begin{bmatrix} 1 & 0 \\ 0 & 1 \\ 0 & 0 \\ 0 & 0 \end{bmatrix}^T"),
         ),
     ),
     Item(
         "eq3", "(3)", "Section II-B", "The baseline observer: a copy of (2) at the estimated speed with an output feedback L.",
-        (Row("observer", latex=r"\text{(not in the scan)}", scan="The display is lost. The text around it names L, the estimate "
+        (Row("observer", latex=r"\text{(not in the scan)}", scan="The display is lost. The text around it names L, the "
+        "estimate "
              "of x' and A' at the estimated speed, so a copy of (2) with L (y - y_hat) is the natural reading."),),
     ),
     Item(

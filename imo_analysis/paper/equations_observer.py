@@ -21,7 +21,8 @@ EQUATIONS_OBSERVER: tuple[Item, ...] = (
             Row("z_2", "z_2_hat_dot = -R_s/sigma*i_qs + k_2*omega_hat*(i_qs - i_qs_hat) + u_qs/sigma"),
             Row("xi_1", "xi_1_hat_dot = -R_s/sigma*i_ds + k_3*(i_ds - i_ds_hat) + u_ds/sigma"),
             Row("xi_2", "xi_2_hat_dot = -R_s/sigma*i_qs + k_3*(i_qs - i_qs_hat) + u_qs/sigma"),
-            Row("matrix", latex=r"\dot{\hat x} = A(\hat\omega) \hat x + B u + L(\hat\omega) (y - \hat y), \quad \hat y = C \hat x",
+            Row("matrix", latex=r"\dot{\hat x} = A(\hat\omega) \hat x + B u + L(\hat\omega) (y - \hat y), \quad \hat y = "
+            r"C \hat x",
                 scan="The matrices A(omega_hat) and B are lost; they are said to be given."),
             Row("L", latex=_MATRIX_L),
             Row("C", latex=r"C = \begin{bmatrix} 1 & 0 \\ 0 & 1 \\ 0 & 0 \\ 0 & 0 \\ 0 & 0 \\ 0 & 0 \end{bmatrix}^T"),
@@ -40,7 +41,8 @@ EQUATIONS_OBSERVER: tuple[Item, ...] = (
         ),
     ),
     Item(
-        "eq11", "(11)", "Section III-B", "The adaptation of the speed, in currents and z (first line) and in fluxes (second line).",
+        "eq11", "(11)", "Section III-B", "The adaptation of the speed, in currents and z (first line) and in fluxes "
+        "(second line).",
         (
             Row("first", "omega_hat_dot = K_p*direction*(-i_qs_hat*i_ds_tilde + i_ds_hat*i_qs_tilde + z_2_hat*i_ds_tilde"
                 " - z_1_hat*i_qs_tilde)",
@@ -57,9 +59,11 @@ EQUATIONS_OBSERVER: tuple[Item, ...] = (
     Item(
         "eq12", "(12)", "Section IV-A", "The error dynamics.",
         (
-            Row("i_ds", "i_ds_tilde_dot = -(R_s/sigma + k_1)*i_ds_tilde - alpha_tilde*(1 + beta*L_m)*i_ds - omega_tilde*i_qs_hat"
+            Row("i_ds", "i_ds_tilde_dot = -(R_s/sigma + k_1)*i_ds_tilde - alpha_tilde*(1 + beta*L_m)*i_ds - "
+            "omega_tilde*i_qs_hat"
                 " - omega*i_qs_tilde + alpha*xi_1_tilde + alpha_tilde*xi_1_hat + omega*z_2_tilde + omega_tilde*z_2_hat"),
-            Row("i_qs", "i_qs_tilde_dot = -(R_s/sigma + k_1)*i_qs_tilde - alpha_tilde*(1 + beta*L_m)*i_qs - omega_tilde*i_ds_hat"
+            Row("i_qs", "i_qs_tilde_dot = -(R_s/sigma + k_1)*i_qs_tilde - alpha_tilde*(1 + beta*L_m)*i_qs - "
+            "omega_tilde*i_ds_hat"
                 " - omega*i_ds_tilde + alpha*xi_2_tilde + alpha_tilde*xi_2_hat - omega*z_1_tilde - omega_tilde*z_1_hat"),
             Row("z_1", "z_1_tilde_dot = k_2*omega_hat*i_qs_tilde"),
             Row("z_2", "z_2_tilde_dot = -k_2*omega_hat*i_ds_tilde"),

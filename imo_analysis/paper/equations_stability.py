@@ -19,11 +19,13 @@ EQUATIONS_STABILITY: tuple[Item, ...] = (
             Row("rho_3", "term_rho_3 = -omega_tilde*i_qs_hat*i_ds_tilde + omega_tilde*i_ds_hat*i_qs_tilde"
                 " + omega_tilde*z_2_hat*i_ds_tilde - omega_tilde*z_1_hat*i_qs_tilde"),
             Row("z", "term_z = omega/(k_2*omega_hat)*(z_1*z_1_dot + z_2*z_2_dot)",
-                scan=_BRACE + "in (15) the same term carries a tilde under the dot, so the tilde there may be lost in the scan."),
+                scan=_BRACE + "in (15) the same term carries a tilde under the dot, so the tilde there may be lost in the "
+                "scan."),
             Row("xi", "term_xi = alpha/k_3*(xi_1*xi_1_dot + xi_2*xi_2_dot)",
                 scan=_BRACE + "the factor is unreadable and taken from (15)."),
             Row("alpha", "term_alpha = alpha_tilde*alpha_dot/g", scan="A tilde under the dot may be lost in the scan."),
-            Row("omega", "term_omega = omega_tilde*omega_dot/g", scan="A tilde under the dot may be lost in the scan; 1/g is clear."),
+            Row("omega", "term_omega = omega_tilde*omega_dot/g", scan="A tilde under the dot may be lost in the scan; 1/g "
+            "is clear."),
         ),
     ),
     Item(
@@ -56,7 +58,8 @@ EQUATIONS_STABILITY: tuple[Item, ...] = (
         (
             Row("condition", latex=r"\int_t^{t+T} B^{*T}(\tau) B^*(\tau)\, d\tau \ge m I_{6 \times 6}"),
             Row("B.1", latex=r"\begin{bmatrix} \alpha & 0 & 0 & \varphi & \hat\xi_1 - (1 + \beta L_m) i_{ds} &"
-                r"\hat z_2 - \hat i_{qs} \end{bmatrix}", scan="varphi appears where (12) has omega; the paper's or the scan's."),
+                r"\hat z_2 - \hat i_{qs} \end{bmatrix}", scan="varphi appears where (12) has omega; the paper's or the "
+                "scan's."),
             Row("B.2", latex=r"\begin{bmatrix} 0 & \alpha & -\varphi & 0 & \hat\xi_2 - (1 + \beta L_m) i_{qs} &"
                 r"\hat z_1 - \hat i_{ds} \end{bmatrix}", scan="varphi as above."),
         ),

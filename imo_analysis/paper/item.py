@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-PAPER = "J. You, W. Wu, Y. Wang, An Adaptive Luenberger Observer for Speed-Sensorless Estimation of Induction Machines, ACC 2018"
+PAPER = "J. You, W. Wu, Y. Wang, An Adaptive Luenberger Observer for Speed-Sensorless Estimation, ACC 2018 (MERL TR2018-090)"
 
 
 @dataclass(frozen=True)

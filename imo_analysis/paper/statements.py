@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from imo_analysis.paper.item import Item, Row
 
+
 @dataclass(frozen=True)
 class Figure:
     """A figure by its caption: number, steps of the speed reference in rad/s, whether alpha is biased in it."""

@@ -2,112 +2,64 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from fractions import Fraction
-from functools import cache
-from typing import Any
-
 from imo_analysis.equations import excitation
 from imo_analysis.ledger.claim import Algebra, Claim, Verdict
 from imo_analysis.ledger.claims.model import first_principles
-from imo_analysis.ledger.claims.situations import ERRORS, UNITS, constant_observable, observable, repaired
+from imo_analysis.ledger.claims.regressors import (
+    ARGUMENTS,
+    COLLINEAR,
+    ORDER,
+    STEADY,
+    at_rest,
+    compact,
+    moving_speed,
+    null_space,
+    products,
+    steady_flux,
+    true_regressors,
+)
+from imo_analysis.ledger.claims.situations import ERRORS, constant_observable, observable, repaired
 from imo_analysis.ledger.claims.transcript import claim, printed, shapes
-from imo_analysis.ledger.expression import Expr, Name, as_expr, names
-from imo_analysis.ledger.setting import Setting, setting
-from imo_analysis.ledger.settings import CURRENTS
+from imo_analysis.ledger.expression import names
+from imo_analysis.ledger.setting import Setting
 
-HOLDS, CORRECTED, FAILS, OPEN = Verdict.HOLDS, Verdict.CORRECTED, Verdict.FAILS, Verdict.OPEN
-_ARGUMENTS = (CURRENTS, names("i_ds_hat i_qs_hat"), names("z_1_hat z_2_hat"), names("xi_1_hat xi_2_hat"), *names("alpha omega beta L_m"))
-_ORDER = ("xi_1_tilde", "xi_2_tilde", "z_1_tilde", "z_2_tilde", "alpha_tilde", "omega_tilde")
+HOLDS, CORRECTED = Verdict.HOLDS, Verdict.CORRECTED
 
-
-def _product(row: Iterable[Any], vector: Iterable[Any]) -> Expr:
-    total: Any = 0
-    for entry, value in zip(row, vector, strict=True):
-        total = as_expr(entry) * value + total
-    return as_expr(total)
-
-
-def _products(prefix: str, rows: Iterable[Iterable[Any]], vector: Iterable[Any]) -> dict[str, Expr]:
-    vector = tuple(vector)
-    return {f"{prefix}_{number}": _product(row, vector) for number, row in enumerate(rows, 1)}
-
-
-@cache
-def compact() -> Setting:
-    """The error dynamics with the products B* Z, as printed and corrected, and [I, v_1, v_2] (w, alpha_tilde, omega_tilde)."""
-    base = observable()
-    z, w = names(*_ORDER), names("w_1 w_2 alpha_tilde omega_tilde")
-    return base.extended(
-        "compact", base.text,
-        {**_products("printed_BZ", excitation.printed_19(*_ARGUMENTS), z), **_products("BZ", excitation.corrected_19(*_ARGUMENTS), z),
-         **_products("reduced", excitation.reduced(*_ARGUMENTS), w)},
-        ("omega != 0",), units={**UNITS, **{f"{one}_{n}": "A/s" for one in ("printed_BZ", "BZ", "reduced") for n in (1, 2)}})
-
-
-@cache
-def null_space() -> Setting:
-    """B* times the errors that it does not see: any z_tilde = (a, b), with alpha xi_tilde = j omega z_tilde."""
-    a, b, alpha, omega = names("a b alpha omega")
-    unseen = (-omega * b, omega * a, alpha * a, alpha * b, as_expr(0), as_expr(0))
-    return setting(
-        "null_space", "B* at any time, omega and alpha constant, applied to Z = (-omega b, omega a, alpha a, alpha b, 0, 0)",
-        {**_products("BZ", excitation.corrected_19(*_ARGUMENTS), unseen),
-         **_products("printed_BZ", excitation.printed_19(*_ARGUMENTS), unseen), "length": _product(unseen, unseen)},
-        ("alpha > 0", "m > 0", "T > 0", "a**2 + b**2 > 0"),
-        units={"a": "A s", "b": "A s", "length": "A^2", **{f"{one}_{n}": "A/s" for one in ("BZ", "printed_BZ") for n in (1, 2)}})
-
-
-@cache
-def at_rest() -> Setting:
-    """The observer that (12) needs, all errors zero but z_tilde, and xi_tilde where alpha xi_tilde = j omega z_tilde."""
-    base = observable()
-    alpha, omega = names("alpha omega")
-    defined = {"xi_1_tilde": -omega * Name("z_2_tilde") / alpha, "xi_2_tilde": omega * Name("z_1_tilde") / alpha}
-    quiet = dict.fromkeys(("i_ds_tilde", "i_qs_tilde", "alpha_tilde", "omega_tilde"), 0)
-    return setting("at_rest", "only z_tilde, and the xi_tilde that balances it, are not zero", {**defined, **base.definitions},
-                   base.hypotheses, ({**quiet, "direction": 1}, {**quiet, "direction": -1}), UNITS)
-
-
-def moving_speed(observer: str, cases: Iterable[Mapping[str, int | Fraction]] = ({"direction": 1}, {"direction": -1})) -> Setting:
-    """An observer's error dynamics with w, while the speed of the machine moves at a free rate omega_dot."""
-    base = observable(observer)
-    kept = {name: tree for name, tree in base.definitions.items() if name not in ("omega_dot", "w_1_dot", "w_2_dot")}
-    kept["w_1_dot"] = Name("alpha") * Name("xi_1_tilde_dot") + Name("omega") * Name("z_2_tilde_dot") + Name("omega_dot") * Name("z_2_tilde")
-    kept["w_2_dot"] = Name("alpha") * Name("xi_2_tilde_dot") - Name("omega") * Name("z_1_tilde_dot") - Name("omega_dot") * Name("z_1_tilde")
-    return setting(f"moving_speed_{observer}", f"{base.text.replace('omega and alpha constant', 'alpha constant')}; the speed moves",
-                   kept, base.hypotheses, cases, UNITS)
-
-
-@cache
-def true_regressors() -> Setting:
-    """v_1 and v_2 of the machine itself, where no error is left."""
-    base = first_principles()
-    z = names("z_1 z_2")
-    v_1 = excitation.alpha_direction(CURRENTS, z, *names("beta L_m"))
-    v_2 = excitation.speed_direction(CURRENTS, z)
-    return setting("true_regressors", "the machine (1) in the stationary frame; v_1 and v_2 without errors",
-                   {**base.definitions, "v_11": v_1[0], "v_12": v_1[1], "v_21": v_2[0], "v_22": v_2[1]},
-                   (*base.hypotheses, "R_r > 0"), ({"omega_1": 0},), UNITS)
-
-
-# The regressors of alpha and of the speed span a plane only while the magnitude of the flux changes.
-COLLINEAR = ("alpha*(v_11*v_22 - v_12*v_21) = beta**2*(phi_dr*phi_dr_dot + phi_qr*phi_qr_dot)",)
 _CURRENT = "-(R_s/sigma + k_1)*{0} {1} omega*{2}"
 _D, _Q = _CURRENT.format("i_ds_tilde", "-", "i_qs_tilde"), _CURRENT.format("i_qs_tilde", "+", "i_ds_tilde")
-_LAWS = ("alpha_tilde_dot = -g*(v_11*i_ds_tilde + v_12*i_qs_tilde)", "omega_tilde_dot = -K_p*direction*(v_21*i_ds_tilde + v_22*i_qs_tilde)")
+_LAWS = (
+    "alpha_tilde_dot = -g*(v_11*i_ds_tilde + v_12*i_qs_tilde)",
+    "omega_tilde_dot = -K_p*direction*(v_21*i_ds_tilde + v_22*i_qs_tilde)",
+)
 _Z = tuple(printed(f"eq12.{name}") for name in ("z_1", "z_2", "xi_1", "xi_2"))
 _STRENGTH = "alpha*k_3 + kappa*(direction*omega)"
-_REDUCED = ("w_1_dot = -strength*i_ds_tilde", "w_2_dot = -strength*i_qs_tilde",
-            "alpha_tilde_dot = -g*(v_11*i_ds_tilde + v_12*i_qs_tilde)", "omega_tilde_dot = -K_p*(v_21*i_ds_tilde + v_22*i_qs_tilde)",
-            f"i_ds_tilde_dot = {_D} + w_1 + v_11*alpha_tilde + v_21*omega_tilde",
-            f"i_qs_tilde_dot = {_Q} + w_2 + v_12*alpha_tilde + v_22*omega_tilde")
-_LEMMA = ("R. Marino, P. Tomei, C. Verrelli, Induction Motor Control Design, Lemma A.3 (Anderson 1977; Morgan and Narendra 1977): "
-          "x' = A x + R y, y' = -G R^T x with A + A^T < 0, G > 0 constant, R and its rate bounded, is exponentially stable if and "
-          "only if R is persistently exciting")
-_KEPT = {"printed_7": ("k_3*z_1_tilde_dot + k_2*omega_hat*xi_1_tilde_dot = 0", "k_3*z_2_tilde_dot - k_2*omega_hat*xi_2_tilde_dot = 0"),
-         "printed_L": ("k_3*z_1_tilde_dot - k_2*omega_hat*xi_2_tilde_dot = 0", "k_3*z_2_tilde_dot + k_2*omega_hat*xi_1_tilde_dot = 0"),
-         "consistent_12": ("k_3*z_1_tilde_dot + k_2*omega_hat*xi_2_tilde_dot = 0", "k_3*z_2_tilde_dot - k_2*omega_hat*xi_1_tilde_dot = 0")}
+_REDUCED = (
+    "w_1_dot = -strength*i_ds_tilde",
+    "w_2_dot = -strength*i_qs_tilde",
+    "alpha_tilde_dot = -g*(v_11*i_ds_tilde + v_12*i_qs_tilde)",
+    "omega_tilde_dot = -K_p*(v_21*i_ds_tilde + v_22*i_qs_tilde)",
+    f"i_ds_tilde_dot = {_D} + w_1 + v_11*alpha_tilde + v_21*omega_tilde",
+    f"i_qs_tilde_dot = {_Q} + w_2 + v_12*alpha_tilde + v_22*omega_tilde",
+)
+_LEMMA = (
+    "R. Marino, P. Tomei, C. Verrelli, Induction Motor Control Design, Lemma A.3 (Anderson 1977; Morgan and Narendra 1977): "
+    "x' = A x + R y, y' = -G R^T x with A + A^T < 0, G > 0 constant, R and its rate bounded, is exponentially stable if and "
+    "only if R is persistently exciting"
+)
+_KEPT = {
+    "printed_7": (
+        "k_3*z_1_tilde_dot + k_2*omega_hat*xi_1_tilde_dot = 0",
+        "k_3*z_2_tilde_dot - k_2*omega_hat*xi_2_tilde_dot = 0",
+    ),
+    "printed_L": (
+        "k_3*z_1_tilde_dot - k_2*omega_hat*xi_2_tilde_dot = 0",
+        "k_3*z_2_tilde_dot + k_2*omega_hat*xi_1_tilde_dot = 0",
+    ),
+    "consistent_12": (
+        "k_3*z_1_tilde_dot + k_2*omega_hat*xi_2_tilde_dot = 0",
+        "k_3*z_2_tilde_dot - k_2*omega_hat*xi_1_tilde_dot = 0",
+    ),
+}
 
 
 def _reduced() -> Setting:
@@ -115,102 +67,277 @@ def _reduced() -> Setting:
 
 
 CLAIMS: list[Claim] = [
-    claim("eq19.condition", "the excitation condition can be met", CORRECTED, null_space(),
-          printed="T*(BZ_1**2 + BZ_2**2) >= m*length",
-          prose="The condition, applied to the direction Z below, in which B* Z does not depend on time.",
-          checks=(Algebra("evidence", "B* Z = 0 at every time, whatever the signals do", ("BZ_1 = 0", "BZ_2 = 0")),
-                  Algebra("evidence", "and so it is with the sign of its last entry as printed", ("printed_BZ_1 = 0", "printed_BZ_2 = 0")),
-                  Algebra("corrected", "what the currents see is a product of [I, v_1, v_2] and (w, alpha_tilde, omega_tilde), with "
-                          "w = alpha xi_tilde - j omega z_tilde", ("BZ_1 = reduced_1", "BZ_2 = reduced_2"), setting=compact())),
-          edit="[I, v_1, v_2] for B* and I_4 for I_6; v_1 = xi_hat - (1 + beta L_m) i, v_2 = -j (z_hat - i_hat)",
-          assumptions=("omega and alpha constant, as Section IV-A has them",), origin="paper",
-          why="B* has two columns for xi and two for z that are multiples of each other turned by 90 degrees",
-          consequences=("proposition-IV.3", "proposition-IV.4"),
-          units="the entries of the integral are in 1/s, A and A^2 s, so that one m cannot bound them all without weights",
-          note="Under Section IV-B, where omega moves, the unseen direction moves with it, and the 6x6 condition is no longer empty."),
-    claim("eq19.B.1", "first row of B*", HOLDS, compact(),
-          checks=(Algebra("printed", "the d-axis row of (12)", (f"i_ds_tilde_dot = {_D} + printed_BZ_1",)),),
-          prose="A* S + B* Z gives the rate of the d-axis current error.", assumptions=("varphi stands for omega",)),
-    claim("eq19.B.2", "second row of B*", CORRECTED, compact(), printed=f"i_qs_tilde_dot = {_Q} + printed_BZ_2",
-          corrected=f"i_qs_tilde_dot = {_Q} + BZ_2", edit="i_ds_hat - z_1_hat for z_1_hat - i_ds_hat",
-          prose="A* S + B* Z gives the rate of the q-axis current error.", origin="paper",
-          why="the last entries of the two rows are printed alike; (12) has -omega_tilde z_1_hat", assumptions=("varphi stands for omega",)),
-    claim("eq20.S", "rate of the current errors", HOLDS, compact(), prose="With B* corrected.",
-          checks=(Algebra("printed", "the rows", (f"i_ds_tilde_dot = {_D} + BZ_1", f"i_qs_tilde_dot = {_Q} + BZ_2")),
-                  shapes("printed", "S is 2x1, Z is 6x1, A* 2x2, B* 2x6", (2, 1), ((2, 2), (2, 1)), ((2, 6), (6, 1))))),
-    claim("eq20.Z", "rate of the other errors", HOLDS, compact(), prose="D* has these rows; it is 6x2 and moves with the estimates.",
-          checks=(Algebra("printed", "the rows of D*", (*_Z, *_LAWS)),
-                  shapes("printed", "D* is 6x2", (6, 1), ((6, 2), (2, 1))),
-                  Algebra("evidence", "D* is -G B*^T, as the lemma on excitation needs it, with this G in the z rows, which moves with "
-                          "omega_hat: the lemma asks for a constant one",
-                          ("z_1_tilde_dot = -(k_2*omega_hat/omega)*(-omega*i_qs_tilde)", "z_2_tilde_dot = -(k_2*omega_hat/omega)*(omega*i_ds_tilde)"))),
-          note="With Sign(omega) in (11) the last row has the wrong sign for omega < 0."),
-    claim("eq20.A", "the matrix A*", HOLDS, compact().extended("no_Z", cases=tuple(
-              {**dict.fromkeys(_ORDER, 0), "direction": s} for s in (1, -1))),
-          prose="With Z = 0.", checks=(Algebra("printed", "its rows", (f"i_ds_tilde_dot = {_D}", f"i_qs_tilde_dot = {_Q}")),)),
-    claim("proposition-IV.3", "under (19) all errors vanish", CORRECTED, at_rest(), printed=("z_1_tilde = 0", "xi_1_tilde = 0"),
-          checks=(Algebra("evidence", "a rest point of the whole error dynamics whatever z_tilde is: no excitation moves it",
-                          tuple(f"{one}_dot = 0" for one in ERRORS)),
-                  Algebra("corrected", "what vanishes is (i_tilde, w, alpha_tilde, omega_tilde): with the repaired observer they form a "
-                          "closed system of the lemma's form, R = [I, v_1, v_2], G = diag(c, c, g, K_p), c = alpha k_3 + kappa |omega|",
-                          _REDUCED, setting=_reduced()),
-                  Algebra("corrected", "z_tilde and xi_tilde settle at alpha q / c and j omega q / c, where q = k_3 z_tilde - j kappa s "
-                          "xi_tilde never changes", ("q_1_dot = 0", "q_2_dot = 0"), setting=repaired()),
-                  Algebra("evidence", "z_tilde and xi_tilde from w and q",
-                          ("(alpha*k_3 + kappa*(direction*omega))*z_1_tilde = alpha*q_1 - kappa*direction*w_2",
-                           "(alpha*k_3 + kappa*(direction*omega))*z_2_tilde = alpha*q_2 + kappa*direction*w_1",
-                           "(alpha*k_3 + kappa*(direction*omega))*xi_1_tilde = k_3*w_1 - omega*q_2",
-                           "(alpha*k_3 + kappa*(direction*omega))*xi_2_tilde = k_3*w_2 + omega*q_1"), setting=repaired()),
-                  *(Algebra("evidence", f"what is kept while omega_hat stands still: {words}", _KEPT[which], setting=observable(which))
-                    for which, words in (("printed_7", "(7) and the expanded (8)"), ("printed_L", "L(omega_hat)"),
-                                         ("consistent_12", "the feedback that (12) needs"))),
-                  Algebra("evidence", "without errors, alpha and the speed act on the currents along one line unless the magnitude of the "
-                          "flux changes: then, and only then, alpha and omega can both be found", COLLINEAR, setting=true_regressors())),
-          prose="Errors of z and xi tend to zero.", edit="the repaired observer; [I, v_1, v_2] exciting in place of (19); w in place of "
-          "z_tilde and xi_tilde, which settle at constants that q(0) fixes", origin="paper",
-          why="(19) can not be met for constant omega and alpha, so the proposition says nothing; and its conclusion is false",
-          assumptions=("omega not zero and alpha constant, alpha >= alpha_l, the projection at rest", "i, phi and u of the machine bounded",
-                       "V of repair 2 bounds the errors, hence v_1, v_2 and their rates are bounded", _LEMMA),
-          note="The flux below (11) needs w, alpha_hat and omega_hat only (eq11.flux_d), so it converges. Exponential convergence is at a "
-          "rate that depends on the trajectory, because v_1 and v_2 hold estimates.", consequences=("proposition-IV.4",)),
-    claim("eq21.S", "rate of the current errors while the speed moves", HOLDS, moving_speed("consistent_12").extended(
-              "moving_compact", definitions=_products("BZ", excitation.corrected_19(*_ARGUMENTS), names(*_ORDER))),
-          prose="With B* corrected.", checks=(Algebra("printed", "the rows", (f"i_ds_tilde_dot = {_D} + BZ_1", f"i_qs_tilde_dot = {_Q} + BZ_2")),)),
-    claim("eq21.Z", "rate of the other errors while the speed moves", HOLDS, moving_speed("consistent_12"), prose="With E* corrected.",
-          checks=(Algebra("printed", "the rows", (*_Z, _LAWS[0], _LAWS[1].replace("= -", "= omega_dot - "))),)),
-    claim("eq21.E", "shape of E*", CORRECTED, edit="six entries, the last one 1", origin="paper", why="Z has six entries, E* is printed with five",
-          prose="E* has five entries, the last one 1.",
-          checks=(shapes("printed", "E* as printed is 5x1", (6, 1), ((6, 2), (2, 1)), ((5, 1), (1, 1))),
-                  shapes("corrected", "with six entries it fits", (6, 1), ((6, 2), (2, 1)), ((6, 1), (1, 1))))),
-    claim("proposition-IV.4", "under (19) and (22) the speed error obeys (23)", CORRECTED,
-          moving_speed("consistent_12", ({"direction": 1, "omega_tilde": 0, "omega_dot": 0},)), printed="omega_tilde_dot = 0",
-          prose="A speed error that starts at zero, with the speed constant, is bounded by a constant of the system: the other errors "
-          "must then not drive it.",
-          checks=(Algebra("corrected", "without z-loop gain (kappa = 0) the acceleration enters the reduced system additively, and z_tilde "
-                          "stands still: the system of the lemma with a bounded input",
-                          ("w_1_dot = -alpha*k_3*i_ds_tilde + omega_dot*z_2_tilde", "w_2_dot = -alpha*k_3*i_qs_tilde - omega_dot*z_1_tilde",
-                           "z_1_tilde_dot = 0", "z_2_tilde_dot = 0",
-                           "omega_tilde_dot = omega_dot - K_p*(v_21*i_ds_tilde + v_22*i_qs_tilde)"),
-                          setting=moving_speed("repaired", ({"kappa": 0, "direction": 1}, {"kappa": 0, "direction": -1}))),
-                  Algebra("evidence", "with kappa > 0 it enters w in the same way, and c moves with the speed",
-                          ("w_1_dot = -(alpha*k_3 + kappa*direction*omega)*i_ds_tilde + omega_dot*z_2_tilde",
-                           "w_2_dot = -(alpha*k_3 + kappa*direction*omega)*i_qs_tilde - omega_dot*z_1_tilde"), setting=moving_speed("repaired"))),
-          edit="kappa = 0; [I, v_1, v_2] exciting for (19); the norm of (i_tilde, w, alpha_tilde, omega_tilde)(0) for that of "
-          "omega_tilde(0), and K_2 proportional to M_1 (1 + |z_tilde(0)|)", origin="paper",
-          why="the solution of a linear system is bounded by its whole initial state, not by one entry of it",
-          assumptions=("alpha constant, alpha >= alpha_l, the projection at rest", "i, phi, omega and u of the machine bounded, v_1 and v_2 bounded",
-                       _LEMMA, "an exponentially stable linear system maps bounded inputs to bounded states (Khalil, Section 9.2)"),
-          note="For constant omega the condition (19) can not be met at all; it can while omega moves."),
-    claim("eq22.bound", "the acceleration is bounded", HOLDS, first_principles(),
-          checks=(Algebra("reading", "it is, by (1), where the currents, the fluxes and the load are",
-                          ("omega_dot = mu*(phi_dr*i_qs - phi_qr*i_ds) - n_p*T_l/J",)),),
-          note="An assumption of Proposition IV.4, that bounded currents, fluxes and load fulfil."),
-    claim("eq23.bound", "the bound on the speed error", CORRECTED,
-          moving_speed("consistent_12", ({"direction": 1, "omega_tilde": 0, "omega_dot": 0},)).extended("starts_at_zero"),
-          printed="omega_tilde_dot = 0", prose="With omega_tilde(0) = 0 and constant speed, the right side is the constant K_2.",
-          corrected="omega_tilde_dot = -K_p*(v_21*i_ds_tilde + v_22*i_qs_tilde)",
-          edit="the norm of (i_tilde, w, alpha_tilde, omega_tilde)(0) for that of omega_tilde(0)", origin="paper",
-          why="the other errors drive the speed error in proportion, so that no constant bounds it for all of them",
-          note="If K_1 and K_2 may depend on the other initial errors, (23) says no more than that the speed error is bounded.",
-          consequences=("proposition-IV.4",)),
+    claim(
+        "eq19.condition",
+        "the excitation condition can be met",
+        CORRECTED,
+        null_space(),
+        printed="T*(BZ_1**2 + BZ_2**2) >= m*length",
+        prose="The condition, applied to the direction Z below, in which B* Z does not depend on time.",
+        checks=(
+            Algebra("evidence", "B* Z = 0 at every time, whatever the signals do", ("BZ_1 = 0", "BZ_2 = 0")),
+            Algebra(
+                "evidence", "and so it is with the sign of its last entry as printed", ("printed_BZ_1 = 0", "printed_BZ_2 = 0")
+            ),
+            Algebra(
+                "corrected",
+                "what the currents see is a product of [I, v_1, v_2] and (w, alpha_tilde, omega_tilde), with "
+                "w = alpha xi_tilde - j omega z_tilde",
+                ("BZ_1 = reduced_1", "BZ_2 = reduced_2"),
+                setting=compact(),
+            ),
+        ),
+        edit="[I, v_1, v_2] for B* and I_4 for I_6; v_1 = xi_hat - (1 + beta L_m) i, v_2 = -j (z_hat - i_hat)",
+        assumptions=("omega and alpha constant, as Section IV-A has them",),
+        origin="paper",
+        why="B* has two columns for xi and two for z that are multiples of each other turned by 90 degrees",
+        consequences=("proposition-IV.3", "proposition-IV.4"),
+        units="the entries of the integral are in 1/s, A and A^2 s, so that one m cannot bound them all without weights",
+        note="Under Section IV-B, where omega moves, the unseen direction moves with it, and the 6x6 condition is no "
+        "longer empty.",
+    ),
+    claim(
+        "eq19.B.1",
+        "first row of B*",
+        HOLDS,
+        compact(),
+        checks=(Algebra("printed", "the d-axis row of (12)", (f"i_ds_tilde_dot = {_D} + printed_BZ_1",)),),
+        prose="A* S + B* Z gives the rate of the d-axis current error.",
+        assumptions=("varphi stands for omega",),
+    ),
+    claim(
+        "eq19.B.2",
+        "second row of B*",
+        CORRECTED,
+        compact(),
+        printed=f"i_qs_tilde_dot = {_Q} + printed_BZ_2",
+        corrected=f"i_qs_tilde_dot = {_Q} + BZ_2",
+        edit="i_ds_hat - z_1_hat for z_1_hat - i_ds_hat",
+        prose="A* S + B* Z gives the rate of the q-axis current error.",
+        origin="paper",
+        why="the last entries of the two rows are printed alike; (12) has -omega_tilde z_1_hat",
+        assumptions=("varphi stands for omega",),
+    ),
+    claim(
+        "eq20.S",
+        "rate of the current errors",
+        HOLDS,
+        compact(),
+        prose="With B* corrected.",
+        checks=(
+            Algebra("printed", "the rows", (f"i_ds_tilde_dot = {_D} + BZ_1", f"i_qs_tilde_dot = {_Q} + BZ_2")),
+            shapes("printed", "S is 2x1, Z is 6x1, A* 2x2, B* 2x6", (2, 1), ((2, 2), (2, 1)), ((2, 6), (6, 1))),
+        ),
+    ),
+    claim(
+        "eq20.Z",
+        "rate of the other errors",
+        HOLDS,
+        compact(),
+        prose="D* has these rows; it is 6x2 and moves with the estimates.",
+        checks=(
+            Algebra("printed", "the rows of D*", (*_Z, *_LAWS)),
+            shapes("printed", "D* is 6x2", (6, 1), ((6, 2), (2, 1))),
+            Algebra(
+                "evidence",
+                "D* is -G B*^T, as the lemma on excitation needs it, with this G in the z rows, which moves with "
+                "omega_hat: the lemma asks for a constant one",
+                (
+                    "z_1_tilde_dot = -(k_2*omega_hat/omega)*(-omega*i_qs_tilde)",
+                    "z_2_tilde_dot = -(k_2*omega_hat/omega)*(omega*i_ds_tilde)",
+                ),
+            ),
+        ),
+        note="With Sign(omega) in (11) the last row has the wrong sign for omega < 0.",
+    ),
+    claim(
+        "eq20.A",
+        "the matrix A*",
+        HOLDS,
+        compact().extended("no_Z", cases=tuple({**dict.fromkeys(ORDER, 0), "direction": s} for s in (1, -1))),
+        prose="With Z = 0.",
+        checks=(Algebra("printed", "its rows", (f"i_ds_tilde_dot = {_D}", f"i_qs_tilde_dot = {_Q}")),),
+    ),
+    claim(
+        "proposition-IV.3",
+        "under (19) all errors vanish",
+        CORRECTED,
+        at_rest(),
+        printed=("z_1_tilde = 0", "xi_1_tilde = 0"),
+        checks=(
+            Algebra(
+                "evidence",
+                "a rest point of the whole error dynamics whatever z_tilde is: no excitation moves it",
+                tuple(f"{one}_dot = 0" for one in ERRORS),
+            ),
+            Algebra(
+                "corrected",
+                "what vanishes is (i_tilde, w, alpha_tilde, omega_tilde): with the repaired observer they form a "
+                "closed system of the lemma's form, R = [I, v_1, v_2], G = diag(c, c, g, K_p), c = alpha k_3 + kappa |omega|",
+                _REDUCED,
+                setting=_reduced(),
+            ),
+            Algebra(
+                "corrected",
+                "z_tilde and xi_tilde settle at alpha q / c and j omega q / c, where q = k_3 z_tilde - j kappa s "
+                "xi_tilde never changes",
+                ("q_1_dot = 0", "q_2_dot = 0"),
+                setting=repaired(),
+            ),
+            Algebra(
+                "evidence",
+                "z_tilde and xi_tilde from w and q",
+                (
+                    "(alpha*k_3 + kappa*(direction*omega))*z_1_tilde = alpha*q_1 - kappa*direction*w_2",
+                    "(alpha*k_3 + kappa*(direction*omega))*z_2_tilde = alpha*q_2 + kappa*direction*w_1",
+                    "(alpha*k_3 + kappa*(direction*omega))*xi_1_tilde = k_3*w_1 - omega*q_2",
+                    "(alpha*k_3 + kappa*(direction*omega))*xi_2_tilde = k_3*w_2 + omega*q_1",
+                ),
+                setting=repaired(),
+            ),
+            *(
+                Algebra(
+                    "evidence", f"what is kept while omega_hat stands still: {words}", _KEPT[which], setting=observable(which)
+                )
+                for which, words in (
+                    ("printed_7", "(7) and the expanded (8)"),
+                    ("printed_L", "L(omega_hat)"),
+                    ("consistent_12", "the feedback that (12) needs"),
+                )
+            ),
+            Algebra(
+                "evidence",
+                "without errors, alpha and the speed act on the currents along one line at every moment at which the "
+                "magnitude of the flux stands still",
+                COLLINEAR,
+                setting=true_regressors(),
+            ),
+            Algebra(
+                "evidence",
+                "with constant flux magnitude the ratio is slip / alpha: where that is constant too, one combination "
+                "of the alpha and speed errors is never seen",
+                STEADY,
+                setting=steady_flux(),
+            ),
+        ),
+        prose="Errors of z and xi tend to zero.",
+        edit="the repaired observer; [I, v_1, v_2] exciting in place of (19); w in place of "
+        "z_tilde and xi_tilde, which settle at constants that q(0) fixes",
+        origin="paper",
+        why="(19) can not be met for constant omega and alpha, so the proposition says nothing; and its conclusion is false",
+        assumptions=(
+            "omega not zero and alpha constant, alpha >= alpha_l, the projection at rest",
+            "i, phi and u of the machine bounded",
+            "V of repair 2 bounds the errors, hence v_1, v_2 and their rates are bounded",
+            _LEMMA,
+        ),
+        note="The flux below (11) needs w, alpha_hat and omega_hat only (eq11.flux_d), so it converges. Exponential "
+        "convergence is at a "
+        "rate that depends on the trajectory, because v_1 and v_2 hold estimates.",
+        consequences=("proposition-IV.4",),
+    ),
+    claim(
+        "eq21.S",
+        "rate of the current errors while the speed moves",
+        HOLDS,
+        moving_speed("consistent_12").extended(
+            "moving_compact", definitions=products("BZ", excitation.corrected_19(*ARGUMENTS), names(*ORDER))
+        ),
+        prose="With B* corrected.",
+        checks=(Algebra("printed", "the rows", (f"i_ds_tilde_dot = {_D} + BZ_1", f"i_qs_tilde_dot = {_Q} + BZ_2")),),
+    ),
+    claim(
+        "eq21.Z",
+        "rate of the other errors while the speed moves",
+        HOLDS,
+        moving_speed("consistent_12"),
+        prose="With E* corrected.",
+        checks=(Algebra("printed", "the rows", (*_Z, _LAWS[0], _LAWS[1].replace("= -", "= omega_dot - "))),),
+    ),
+    claim(
+        "eq21.E",
+        "shape of E*",
+        CORRECTED,
+        edit="six entries, the last one 1",
+        origin="paper",
+        why="Z has six entries, E* is printed with five",
+        prose="E* has five entries, the last one 1.",
+        checks=(
+            shapes("printed", "E* as printed is 5x1", (6, 1), ((6, 2), (2, 1)), ((5, 1), (1, 1))),
+            shapes("corrected", "with six entries it fits", (6, 1), ((6, 2), (2, 1)), ((6, 1), (1, 1))),
+        ),
+    ),
+    claim(
+        "proposition-IV.4",
+        "under (19) and (22) the speed error obeys (23)",
+        CORRECTED,
+        moving_speed("consistent_12", ({"direction": 1, "omega_tilde": 0, "omega_dot": 0},)),
+        printed="omega_tilde_dot = 0",
+        prose="A speed error that starts at zero, with the speed constant, is bounded by a constant of the system: the "
+        "other errors "
+        "must then not drive it.",
+        checks=(
+            Algebra(
+                "corrected",
+                "without z-loop gain (kappa = 0) the acceleration enters the reduced system additively, and z_tilde "
+                "stands still: the system of the lemma with a bounded input",
+                (
+                    "w_1_dot = -alpha*k_3*i_ds_tilde + omega_dot*z_2_tilde",
+                    "w_2_dot = -alpha*k_3*i_qs_tilde - omega_dot*z_1_tilde",
+                    "z_1_tilde_dot = 0",
+                    "z_2_tilde_dot = 0",
+                    "omega_tilde_dot = omega_dot - K_p*(v_21*i_ds_tilde + v_22*i_qs_tilde)",
+                ),
+                setting=moving_speed("repaired", ({"kappa": 0, "direction": 1}, {"kappa": 0, "direction": -1})),
+            ),
+            Algebra(
+                "evidence",
+                "with kappa > 0 it enters w in the same way, and c moves with the speed",
+                (
+                    "w_1_dot = -(alpha*k_3 + kappa*direction*omega)*i_ds_tilde + omega_dot*z_2_tilde",
+                    "w_2_dot = -(alpha*k_3 + kappa*direction*omega)*i_qs_tilde - omega_dot*z_1_tilde",
+                ),
+                setting=moving_speed("repaired"),
+            ),
+        ),
+        edit="kappa = 0; [I, v_1, v_2] exciting for (19); the norm of (i_tilde, w, alpha_tilde, omega_tilde)(0) for that of "
+        "omega_tilde(0), and K_2 proportional to M_1 (1 + |z_tilde(0)|)",
+        origin="paper",
+        why="the solution of a linear system is bounded by its whole initial state, not by one entry of it",
+        assumptions=(
+            "alpha constant, alpha >= alpha_l, the projection at rest",
+            "i, phi, omega and u of the machine bounded, v_1 and v_2 bounded",
+            _LEMMA,
+            "an exponentially stable linear system maps bounded inputs to bounded states (Khalil, Section 9.2)",
+        ),
+        note="For constant omega the condition (19) can not be met at all; it can while omega moves.",
+    ),
+    claim(
+        "eq22.bound",
+        "the acceleration is bounded",
+        HOLDS,
+        first_principles(),
+        checks=(
+            Algebra(
+                "reading",
+                "it is, by (1), where the currents, the fluxes and the load are",
+                ("omega_dot = mu*(phi_dr*i_qs - phi_qr*i_ds) - n_p*T_l/J",),
+            ),
+        ),
+        note="An assumption of Proposition IV.4, that bounded currents, fluxes and load fulfil.",
+    ),
+    claim(
+        "eq23.bound",
+        "the bound on the speed error",
+        CORRECTED,
+        moving_speed("consistent_12", ({"direction": 1, "omega_tilde": 0, "omega_dot": 0},)).extended("starts_at_zero"),
+        printed="omega_tilde_dot = 0",
+        prose="With omega_tilde(0) = 0 and constant speed, the right side is the constant K_2.",
+        corrected="omega_tilde_dot = -K_p*(v_21*i_ds_tilde + v_22*i_qs_tilde)",
+        edit="the norm of (i_tilde, w, alpha_tilde, omega_tilde)(0) for that of omega_tilde(0)",
+        origin="paper",
+        why="the other errors drive the speed error in proportion, so that no constant bounds it for all of them",
+        note="If K_1 and K_2 may depend on the other initial errors, (23) says no more than that the speed error is bounded.",
+        consequences=("proposition-IV.4",),
+    ),
 ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 from imo_analysis.ledger.claim import Claim, Computed, Verdict
@@ -66,7 +67,7 @@ def fits(result: Shape, *products: tuple[Shape, ...]) -> tuple[bool, str]:
     """Whether every product of matrices exists and has the shape of the result; the second value says what was found."""
     for factors in products:
         words = " times ".join(f"{rows}x{columns}" for rows, columns in factors)
-        for left, right in zip(factors, factors[1:], strict=False):
+        for left, right in pairwise(factors):
             if left[1] != right[0]:
                 return False, f"{words}: {left[1]} columns meet {right[0]} rows"
         shape = (factors[0][0], factors[-1][1])
@@ -77,5 +78,6 @@ def fits(result: Shape, *products: tuple[Shape, ...]) -> tuple[bool, str]:
 
 def shapes(role: str, text: str, result: Shape, *products: tuple[Shape, ...]) -> Computed:
     """A check of matrix shapes; its failing variant drops a row of the result."""
-    return Computed(role, text, fits, exact=True, arguments=(result, *products), failing=((result[0] - 1, result[1]), *products))
-
+    return Computed(
+        role, text, fits, exact=True, arguments=(result, *products), failing=((result[0] - 1, result[1]), *products)
+    )
