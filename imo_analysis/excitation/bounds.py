@@ -77,10 +77,10 @@ class Motion:
 def modulated(flux: float, omega: float, slip: float, depth: float = 0.0, frequency: float = 0.0) -> Motion:
     """The motion psi = flux (1 + depth cos(frequency t)) at constant speed and slip: three lines, or one."""
     if depth == 0 or frequency == 0:
-        return Motion(omega, np.array([omega + slip]), np.array([flux * (1 + depth) + 0j]))
+        return Motion(omega, np.array([omega + slip]), np.array([flux * (1 + depth)], dtype=complex))
     stator = omega + slip
     return Motion(omega, np.array([stator, stator + frequency, stator - frequency]),
-                  flux * np.array([1, depth / 2, depth / 2], dtype=complex))
+                  np.array([flux, flux * depth / 2, flux * depth / 2], dtype=complex))
 
 
 def held_torque(flux: float, omega: float, slip: float, depth: float, frequency: float, points: int = 64) -> Motion:
@@ -164,6 +164,39 @@ def deviations(
     variance = (vectors[:, ~lost] ** 2 / values[~lost]).sum(axis=1)
     touched = (vectors[:, lost] ** 2).sum(axis=1) > 1e-12
     return {name: math.inf if touched[k] else math.sqrt(variance[k]) / size[k] for k, name in enumerate(unknown)}
+
+
+def bounds_over_speed(
+    machine: InductionMachine, motion: Motion, speeds: NDArray[np.float64], measurement: Measurement
+) -> dict[str, NDArray[np.float64]]:
+    """The bounds of `deviations` for one motion of the flux past the rotor, at many speeds at once.
+
+    Parameters
+    ----------
+    motion : Motion
+        At omega = 0, with lines of different frequencies.
+    speeds : array of shape (n,)
+        In rad/s.
+
+    Returns
+    -------
+    dict of arrays of shape (n,)
+        ``alpha_alone``, ``omega_alone``: the other one known; ``alpha_both``, ``omega_both``: neither known.
+    """
+    turned = Motion(speeds[:, None], speeds[:, None] + motion.frequencies, motion.amplitudes)  # type: ignore[arg-type]
+    lines = responses(machine, turned, ("alpha", "omega"))
+    aa, ww, aw = (measurement.weight * np.real(np.conj(lines[j]) * lines[k]).sum(axis=1) for j, k in ((0, 0), (1, 1), (0, 1)))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        apart = 1 - (aw / np.sqrt(aa * ww)) ** 2  # 0 where the two act alike
+        known = np.nan_to_num(apart, nan=0.0) > 1e-12
+        alone = {"alpha": 1 / np.sqrt(aa), "omega": 1 / np.sqrt(ww)}
+        # where alpha does nothing (no load) omega is still known; where neither does, nothing is
+        return {
+            "alpha_alone": alone["alpha"], "omega_alone": alone["omega"],
+            "alpha_both": np.where(known, alone["alpha"] / np.sqrt(np.where(known, apart, 1)), np.inf),
+            "omega_both": np.where(known, alone["omega"] / np.sqrt(np.where(known, apart, 1)),
+                                   np.where(aa == 0, alone["omega"], np.inf)),
+        }
 
 
 def slip_at(machine: InductionMachine, torque: float, flux: float) -> float:

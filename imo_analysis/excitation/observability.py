@@ -237,8 +237,9 @@ def steady_conditions(problem: Problem) -> tuple[int, list[Any]]:
         As `steady_rank`.
     factors : list of sympy expressions
         Irreducible polynomials in omega, slip and M > 0, in units where alpha and psi are 1 (zero flux always loses, see
-        `rank_table`). Where one is zero the rank drops. Candidates are the common
-        factors of minors of random combinations of rows; each is kept only if the rank does drop on its surface. What drops it on smaller sets only, such as two conditions at once, is not listed: see `rank_table`.
+        `rank_table`). Where one is zero the rank drops. Candidates are the common factors of minors of random combinations
+        of rows; each is kept only if the rank does drop on its surface. What drops it on smaller sets only, such as two
+        conditions at once, is not listed.
     """
     from sympy.polys.matrices import DomainMatrix
 

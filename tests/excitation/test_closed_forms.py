@@ -144,3 +144,28 @@ def test_what_a_window_of_constant_flux_tells_of_the_speed():
         schur = gram[3, 3] - gram[3, :2] @ np.linalg.solve(gram[:2, :2], gram[:2, 3])
         closed = steady_state.speed_information(0.5307, MACHINE.beta, stator, duration, math.cos(stator * duration))
         assert schur == pytest.approx(closed, rel=1e-3)
+
+
+def test_many_speeds_at_once_are_the_same_bounds():
+    m = bounds.Measurement()
+    speeds = np.array([-60.0, -3.0, 0.0, 40.0])
+    for slip, depth in ((3.0, 0.05), (0.0, 0.05), (3.0, 0.0), (0.0, 0.0)):
+        many = bounds.bounds_over_speed(MACHINE, bounds.held_torque(0.5307, 0.0, slip, depth, 20.0), speeds, m)
+        for k, omega in enumerate(speeds):
+            motion_ = bounds.held_torque(0.5307, omega, slip, depth, 20.0)
+            one = bounds.deviations(MACHINE, motion_, m)
+            assert [many["alpha_both"][k], many["omega_both"][k]] == pytest.approx([one["alpha"], one["omega"]], rel=1e-6)
+            for name in ("alpha", "omega"):
+                assert many[f"{name}_alone"][k] == pytest.approx(bounds.deviations(MACHINE, motion_, m, [name])[name], rel=1e-9)
+
+
+def test_maps_name_what_can_be_identified():
+    from imo_analysis.excitation.maps import CLASSES, modulation_map, speed_torque_map
+
+    slip = bounds.slip_at(MACHINE, 5.0, 0.5307)
+    plane = speed_torque_map(MACHINE, [-slip, 50.0], [0.0, 5.0])
+    kinds = [[CLASSES[int(k)] for k in row] for row in plane.kind.values]
+    assert kinds == [["omega only", "neither"], ["omega only", "either, not both"]]
+    assert (speed_torque_map(MACHINE, [-slip, 50.0], [0.0, 5.0], depth=0.05, frequency=30.0).kind.values == 4).all()
+    swing = modulation_map(MACHINE, [0.01, 0.1], [1.0, 30.0])
+    assert swing.alpha_both.values[0, 1] == pytest.approx(10 * swing.alpha_both.values[1, 1], rel=0.05)
