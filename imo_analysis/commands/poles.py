@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 DESCRIPTION = "Poles of the observers' error dynamics at frozen speed, beside the paper's Table II, or over a sweep."
 EXAMPLE = """imo poles --omega 30,60,100
   imo poles --sweep -150:150:301 --plot poles.svg --out poles.nc
-  imo poles --over k_2 --sweep 0:100:101 --at 60 --observer consistent_12 --map k2.svg"""
+  imo poles --over k_2 --sweep 0:100:101 --at 60 --observer consistent_12 --map k2.svg
+  imo poles --tune 50:0.7:150 --observer consistent_12 repaired"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -31,6 +32,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help="observers of the study or the catalogue; the study's where left out")
     parser.add_argument("--study", metavar="FILE", help="study with machine, observers, gains; the paper's where left out")
     parser.add_argument("--machine", metavar="FILE", help="machine file or preset in place of the study's machine")
+    parser.add_argument("--tune", metavar="D:Z:W",
+                        help="gains for decay D (1/s) and damping Z up to speed W (rad/s), both ways")
     parser.add_argument("--plot", metavar="SVG", help="draw the poles against what is swept")
     parser.add_argument("--map", metavar="SVG", help="draw the paths of the poles in the s-plane")
     parser.add_argument("--out", metavar="FILE", help="write the sweep, .nc or .csv")
@@ -53,6 +56,8 @@ def run(args: argparse.Namespace) -> int:
 
     study = Study.load(args.study) if args.study else Study.paper()
     machines, observers = _chosen(study, args)
+    if args.tune is not None:
+        observers = _tuned(args, machines, observers)
     result: dict[str, Any] = {
         "machine": {label: machine.model_dump() for label, machine in machines.items()},
         "observers": {label: {"kind": kind, "gains": dict(gains)} for label, (kind, gains) in observers.items()},
@@ -134,6 +139,24 @@ def _chosen(
     if not observers:
         raise InputError("the study has no observers; name one with --observer")
     return machines, observers
+
+
+def _tuned(args: argparse.Namespace, machines: Any, observers: Any) -> dict[str, tuple[str, dict[str, float]]]:
+    """The observers with gains from `imo_analysis.pencils.tune` in place of their own; printed with what they give."""
+    from imo_analysis.commands.output import say
+    from imo_analysis.pencils.tune import tune
+
+    try:
+        decay, damping, omega_max = (float(word) for word in args.tune.split(":"))
+    except ValueError:
+        raise InputError(f"--tune {args.tune} must be DECAY:DAMPING:OMEGA_MAX, such as 50:0.7:150") from None
+    result = {}
+    for label, (kind, gains) in observers.items():
+        found = tune(machines[label], kind, decay, damping, omega_max)
+        say(args, f"{label}: " + ", ".join(f"{name} = {value:.6g}" for name, value in found.gains.items())
+            + f" give decay {found.decay:.4g} /s, damping {found.damping:.3f}, fastest pole {found.fastest:.4g} rad/s")
+        result[label] = (kind, {**gains, **found.gains})
+    return result
 
 
 def _table(args: argparse.Namespace, machines: Any, observers: Any, speeds: list[float], flux: float) -> list[dict[str, Any]]:
