@@ -14,30 +14,35 @@ a measured speed. Columns and units are made out by their names and printed; a r
 EXAMPLE = """  imo replay log.csv --machine machine.toml --observer repaired --out est.nc
   imo replay log.csv --machine machine.toml --column time=t --column ia=Ch1 --unit current=mA --voltage held"""
 
+_VOLTAGE = ("linear", "held", "averaged")
+_CURRENT = ("linear", "held")
+_DIRECTION = ("measured", "estimated", "forward", "reverse")
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
+    parser.usage = "imo replay LOG --machine FILE [options]"
     add = parser.add_argument
     add("log", metavar="LOG", help="CSV with a header line, or .parquet")
-    add("--machine", metavar="FILE", required=True, help="TOML with [machine] and perhaps [replay] (FORMATS.md), or a preset")
-    add("--observer", action="append", metavar="NAME", help="observer to run, more by commas, or all (default repaired)")
+    add("--machine", metavar="FILE", required=True, help="TOML with [machine] and perhaps [replay], or a preset")
+    add("--observer", action="append", metavar="NAME", help="observer, more by commas, or all (default: repaired)")
     add("--out", metavar="EST.nc", help="write the estimates")
     add("--every", type=int, default=1, metavar="N", help="write one sample in N")
-    add("--column", action="append", default=[], metavar="WHAT=NAME", help="time, ua ub uc, uab ubc uca, u_alpha u_beta, ia ib "
-        "ic, i_alpha i_beta, omega (electrical), omega_m (shaft); NAME none leaves it out")
+    add("--plot", metavar="FILE.svg", help="draw the speeds and their errors")
+    add("--column", action="append", default=[], metavar="WHAT=NAME",
+        help="time; ua ub uc, uab ubc uca, u_alpha u_beta; ia ib ic, i_alpha i_beta; omega (electrical), omega_m (shaft)")
     add("--unit", action="append", default=[], metavar="WHAT=UNIT", help="of a column, or of time, voltage, current, speed")
     add("--rate", type=float, metavar="HZ", help="samples a second, in place of the time column")
-    add("--voltage", choices=("linear", "held", "averaged"), help="between samples: joined (default), held, or means")
-    add("--current", choices=("linear", "held"), help="between samples: joined (default) or held")
-    add("--direction", choices=("measured", "estimated", "forward", "reverse"), help="of rotation (default: measured if it is)")
-    add("--gaps", choices=("stop", "bridge"), help="what to do where samples are missing (default stop)")
-    add("--bandwidth", type=float, metavar="RAD/S", help="of the speed loop, for the gains (default 0.4 rad a sample, to 4000)")
+    add("--voltage", choices=_VOLTAGE, metavar="HOW", help="between samples: linear (default), held, averaged")
+    add("--current", choices=_CURRENT, metavar="HOW", help="between samples: linear (default) or held")
+    add("--direction", choices=_DIRECTION, metavar="HOW", help="measured (default if it is), estimated, forward, reverse")
+    add("--gaps", choices=("stop", "bridge"), metavar="HOW", help="where samples are missing: stop (default) or bridge")
+    add("--bandwidth", type=float, metavar="RAD/S", help="of the speed loop (default: 0.4 a sample, to 4000)")
     add("--gain", action="append", default=[], metavar="NAME=X", help="a gain, in place of the rule's")
-    add("--initial", action="append", default=[], metavar="NAME=X", help="an estimate at the start, such as omega_hat=100")
-    add("--after", type=float, metavar="S", help="errors count from this time on (default: from where they settled)")
-    add("--window", type=float, metavar="S", help="window of the excitation verdict (default 0.1 s, or a fifth of the record)")
+    add("--initial", action="append", default=[], metavar="NAME=X", help="an estimate at the start: omega_hat=100")
+    add("--after", type=float, metavar="S", help="errors count from here on (default: where they settled)")
+    add("--window", type=float, metavar="S", help="of the excitation verdict (default: 0.1 s at most)")
     add("--trust", action="store_true", help="run even if the record does not fit the machine")
-    add("--plot", metavar="FILE.svg", help="draw the speeds and their errors")
 
 
 def run(args: argparse.Namespace) -> int:

@@ -54,7 +54,7 @@ def load_run(path: str | Path) -> xr.Dataset:
         reason = str(error).strip().splitlines() or [type(error).__name__]
         raise InputError(f"{path} is not a run that can be read ({reason[0][:120]}); make one: imo simulate --out") from None
     schema = run.attrs.get("schema")
-    if schema != SCHEMA or "time" not in run.dims or "omega" not in run:
+    if schema != SCHEMA or "time" not in run.dims or not ({"omega", "omega_hat"} & set(run.data_vars)):
         raise InputError(f"{path} is not a run: its schema is {schema!r}, not {SCHEMA!r}; make one with: imo simulate --out")
     return run
 

@@ -1,0 +1,169 @@
+"""``imo replay`` as a user runs it: files, flags, the table [replay], JSON, faults in one line."""
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "simulation"))
+from replay_records import HEADER, start_up, steady, write
+
+from imo_analysis import cli
+from imo_analysis.errors import InputError
+from imo_analysis.simulation.runfile import load_run
+from imo_analysis.study import Study, paper_text
+
+MACHINE = '[machine]\npreset = "table-iii"\n'
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("replay")
+    write(folder / "start.csv", start_up(0.4))
+    (folder / "machine.toml").write_text(MACHINE)
+    return folder
+
+
+def imo(folder, *words):
+    return cli.main(["replay", str(folder / "start.csv"), "--machine", str(folder / "machine.toml"), *map(str, words)])
+
+
+def test_estimates_figure_and_json(folder, capsys):
+    out, plot, report = folder / "est.nc", folder / "est.svg", folder / "est.json"
+    assert imo(folder, "--observer", "repaired,baseline", "--out", out, "--plot", plot, "--json", report, "--after", "0.2") == 0
+    text = capsys.readouterr().out
+    assert "omega = column 'omega' in rad/s (electrical speed, taken as it is)" in text
+    assert "instantaneous samples joined by straight lines" in text and "fits the machine" in text
+    data = json.loads(report.read_text())
+    assert data["schema"] == "imo-replay/1" and data["rows"] == 4000
+    assert data["observers"]["repaired"]["counted_from"] == pytest.approx(0.2)
+    assert "alpha_hat" in data["excitation"]["repaired"]["verdict"] or "holds" in data["excitation"]["repaired"]["verdict"]
+    with xr.open_dataset(out, engine="h5netcdf") as run:
+        assert run.attrs["schema"] == "imo-run/1" and list(run.observer.values) == ["repaired", "baseline"]
+        error = (run.omega_hat - run.omega).sel(observer="repaired").values[2000:]
+        assert data["observers"]["repaired"]["speed_error_std"] == pytest.approx(error.std(), rel=1e-9)
+        assert "T_l" not in run and "phi_dr" not in run  # nobody knows them
+    assert plot.read_text().startswith("<?xml")
+    imo(folder, "--observer", "repaired,baseline", "--out", folder / "again.nc", "--plot", folder / "again.svg")
+    assert (folder / "again.svg").read_bytes() == plot.read_bytes()
+
+
+def test_what_replay_writes_can_be_loaded_and_excited(folder, capsys):
+    assert imo(folder, "--out", folder / "est.nc") == 0
+    assert load_run(folder / "est.nc").sizes["time"] == 4000
+    said = capsys.readouterr().out
+    assert cli.main(["excite", str(folder / "est.nc"), "--window", "0.08"]) == 0
+    sentence = next(line for line in capsys.readouterr().out.splitlines() if "reduced condition" in line)
+    assert sentence in said
+
+
+def test_without_a_speed_it_still_runs(folder, capsys):
+    assert imo(folder, "--column", "omega=none", "--json", "-") == 0
+    data = json.loads(capsys.readouterr().out)
+    one = data["observers"]["repaired"]
+    assert one["speed_error_rms"] is None and one["settled_at"] is None
+    assert data["treatment"]["direction"] == "estimated"
+    assert one["omega_hat"] == pytest.approx(start_up(0.4)[-1, 5], abs=2)
+    assert imo(folder, "--column", "omega=none", "--out", folder / "blind.nc") == 0
+    assert "omega" not in load_run(folder / "blind.nc")
+
+
+def test_the_table_replay_and_flags_over_it(folder, capsys):
+    rows = start_up(0.4)
+    write(folder / "odd.csv", rows * [1e3, 1, 1, 1e3, 1e3, 30 / np.pi / 2], "tick,p,q,r,s,n")
+    (folder / "odd.toml").write_text(MACHINE + """
+[replay]
+observers = ["luenberger_consistent_12"]
+columns = { time = "tick", u_alpha = "p", u_beta = "q", i_alpha = "r", i_beta = "s" }
+units = { time = "ms", current = "mA", speed = "rpm" }
+voltage = "averaged"
+bandwidth = 2000
+""")
+    words = ["replay", str(folder / "odd.csv"), "--machine", str(folder / "odd.toml"), "--json", "-"]
+    assert cli.main(words) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert data["treatment"]["voltage"] == "averaged" and list(data["observers"]) == ["luenberger_consistent_12"]
+    assert data["observers"]["luenberger_consistent_12"]["gains"]["k_1"] < 2800
+    assert cli.main([*words, "--voltage", "linear", "--observer", "baseline", "--gain", "h=100"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert data["treatment"]["voltage"] == "linear" and data["observers"]["baseline"]["gains"]["h"] == 100
+
+
+def test_a_study_may_hold_the_table():
+    study = Study.from_toml(paper_text() + '\n[replay]\nvoltage = "held"\n')
+    assert study.replay.voltage == "held"
+    with pytest.raises(InputError, match="replay"):
+        Study.from_toml(paper_text() + '\n[replay]\nvolts = "held"\n')
+
+
+def test_divergence_is_said_and_is_exit_code_1(folder, capsys):
+    assert imo(folder, "--gain", "K_p=-50", "--out", folder / "lost.nc") == 1
+    assert "repaired: diverged at t = " in capsys.readouterr().out
+    assert (folder / "lost.nc").exists()
+
+
+def test_a_mistake_stops_it_unless_it_is_trusted(folder, capsys):
+    wrong = ["--unit", "current=mA", "--out", folder / "wrong.nc"]
+    assert imo(folder, *wrong) == 2
+    said = capsys.readouterr().err
+    assert "does not fit the machine" in said and "currents in A were taken for mA" in said and said.count("\n") == 1
+    assert not (folder / "wrong.nc").exists()
+    assert imo(folder, *wrong, "--trust") in (0, 1)
+
+
+@pytest.mark.parametrize(("words", "says"), [
+    (["--out", "est.csv"], "must end in .nc"),
+    (["--out", "/no-such-folder/est.nc"], "no folder"),
+    (["--plot", "est.png"], "must end in .svg"),
+    (["--every", "0"], "--every 0"),
+    (["--column", "ia"], "NAME=VALUE"),
+    (["--column", "ia=Ch9"], "no column 'Ch9'"),
+    (["--unit", "current=V"], "choose one of: A, mA, kA"),
+    (["--observer", "ekf"], "'ekf' is not known"),
+    (["--gain", "k_1=fast"], "k_1"),
+    (["--gain", "k_1=nan"], "must be finite"),
+    (["--gain", "h=3"], "h is not known for repaired"),
+    (["--observer", "repaired,consistent_12", "--gain", "h=3"], "h is not a gain of repaired, consistent_12"),
+    (["--initial", "phi_dr_hat=1"], "phi_dr_hat is not known for repaired"),
+    (["--rate", "-5"], "above 0 Hz"),
+    (["--rate", "10"], "200 Hz to 20 MHz"),
+    (["--bandwidth", "0"], "bandwidth = 0"),
+    (["--voltage", "smooth"], "--voltage"),
+    (["--column", "omega=none", "--direction", "measured"], "takes a recorded speed"),
+])
+def test_faults_are_one_line(folder, capsys, words, says):
+    assert imo(folder, *words) == 2
+    said = capsys.readouterr().err
+    assert says in said and said.count("\n") == 1
+
+
+def test_files_that_are_not_there(folder, capsys):
+    assert cli.main(["replay", "none.csv", "--machine", "table-iii"]) == 2
+    assert cli.main(["replay", str(folder / "start.csv"), "--machine", "none.toml"]) == 2
+    (folder / "bad.toml").write_text(MACHINE + "[replay]\nvoltage = 3\nspeed = 1\n")
+    assert cli.main(["replay", str(folder / "start.csv"), "--machine", str(folder / "bad.toml")]) == 2
+    said = capsys.readouterr().err.splitlines()
+    assert len(said) == 3 and "none.csv" in said[0] and "none.toml" in said[1] and "voltage" in said[2]
+
+
+def test_an_interrupted_run_leaves_nothing(folder, monkeypatch, capsys):
+    from imo_analysis.simulation import replay_file
+
+    def stop(*args):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(replay_file, "attributes", stop)
+    before = set(folder.iterdir())
+    assert imo(folder, "--out", folder / "half.nc") == 2
+    assert set(folder.iterdir()) == before and "interrupted" in capsys.readouterr().err
+
+
+def test_a_steady_record_is_not_identifiable_and_the_verdict_says_so(folder, capsys):
+    write(folder / "steady.csv", steady(1.0), HEADER)
+    assert cli.main(["replay", str(folder / "steady.csv"), "--machine", "table-iii"]) == 0
+    said = capsys.readouterr().out
+    assert "begun on the fly at omega_hat = 200" in said
+    assert "never holds; lost: alpha_hat and omega_hat along (1, -0.755)" in said  # -slip/alpha = -5/6.6236
