@@ -25,24 +25,15 @@ from fractions import Fraction
 from functools import cache
 
 from imo_analysis.errors import InputError
+from imo_analysis.paper.tables import EIGENVALUES
 from imo_analysis.pencils.interval import Interval, meet_all, square_root
 
-# speed in rad/s -> (fast pair, slow pair) as (real part, imaginary part), the member of each pair for which the two add up to
-# -a + j omega_hat. The text prints both baseline values of a pair at 100 rad/s with a minus; a real system has both signs.
-PRINTED: dict[str, dict[int, tuple[tuple[str, str], tuple[str, str]]]] = {
-    "proposed": {
-        30: (("-347.97", "13.97"), ("-147.42", "16.03")),
-        60: (("-247.11", "384.43"), ("-248.28", "-324.43")),
-        100: (("-247.18", "718.75"), ("-248.21", "-618.75")),
-    },
-    "baseline": {
-        30: (("-479.11", "14.55"), ("-16.28", "15.45")),
-        60: (("-474.37", "29.09"), ("-21.03", "30.91")),
-        100: (("-466.28", "48.42"), ("-29.11", "51.58")),
-    },
-}
-SPEEDS = (30, 60, 100)
 COLUMNS = ("proposed", "baseline")
+# column -> speed in rad/s -> the two members of the pairs, (real, imaginary) as printed, that add up to -a + j omega_hat
+PRINTED: dict[str, dict[int, tuple[tuple[str, str], tuple[str, str]]]] = {
+    column: {pair.omega_hat: (pair.first, pair.second) for pair in EIGENVALUES if pair.column == column} for column in COLUMNS
+}
+SPEEDS = tuple(PRINTED["proposed"])
 
 # One quadratic of many that gives all 24 numbers: a, c in 1/s, b in 1/s^2, d. `mismatches` proves it; d = 50 is k_2 = 50.
 WITNESS = (Fraction("495.3915"), Fraction("6074.7"), Fraction("254.585"), Fraction(50))

@@ -29,16 +29,17 @@ import sympy as sp
 
 from imo_analysis.equations import parameters, plant
 from imo_analysis.equations.catalogue import OBSERVERS, PARAMETERS
+from imo_analysis.paper.tables import printed
 from imo_analysis.pencils.interval import Interval, meet_all
 from imo_analysis.pencils.jacobian import jacobian
 from imo_analysis.pencils.table2_fit import COLUMNS, SPEEDS, product, sum_interval
 
 # Table III, exactly, and its two values of alpha
-R_S, L_M = Fraction("0.439"), Fraction("0.0601")
-L_S, L_R = L_M + Fraction("0.0014"), L_M + Fraction("0.0018")
+R_S, L_M = printed("R_s"), printed("L_m")
+L_S, L_R = L_M + printed("L_s - L_m"), L_M + printed("L_r - L_m")
 SIGMA = parameters.leakage(L_S, L_M, L_R)
 BETA = parameters.coupling(L_M, SIGMA, L_R)
-ALPHAS = {"R_r/L_r": parameters.rotor_rate(Fraction("0.41"), L_R), "printed": Fraction("9.9354")}
+ALPHAS = {"R_r/L_r": parameters.rotor_rate(printed("R_r"), L_R), "printed": printed("alpha")}
 
 _SYMBOLS = {name: sp.Symbol(name, positive=True) for name in PARAMETERS}
 _OMEGA = sp.Symbol("omega", real=True)
