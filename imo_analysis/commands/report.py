@@ -22,7 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Compute and write; 1 if an entry of the ledger is not what it should be."""
     from imo_analysis.commands.output import emit_json, say
-    from imo_analysis.report.chapters.verdicts import counts
+    from imo_analysis.ledger.show import counts
     from imo_analysis.report.dossier import summary, write_dossier
     from imo_analysis.study import Study
 

@@ -99,16 +99,19 @@ def _compute(
     from imo_analysis.report.chapters.simulations import simulations_chapter
     from imo_analysis.report.chapters.theorem import theorem_chapter
     from imo_analysis.report.chapters.verdicts import first_screen
+    from imo_analysis.report.identifiability import identifiability
     from imo_analysis.report.page import Html, page
     from imo_analysis.report.pencils import pencils
     from imo_analysis.report.proofs import beside, collect
     from imo_analysis.report.scenarios import divergences, run_scenario, scenario_names
 
-    note("ledger: settling every claim by sympy and FLINT")
-    entries = settle_all(("sympy", "flint"))
-    _write_json(work / "ledger.json", entries)
-    note("pencils: poles at the speeds of Table II and over the sweep")
     with beside(work / "table2-proofs.json") as worker:
+        note("ledger: settling every claim by sympy and FLINT")
+        entries = settle_all(("sympy", "flint"))
+        _write_json(work / "ledger.json", entries)
+        note("excitation: what can be told apart at all")
+        possible = identifiability(study, work)
+        note("pencils: poles at the speeds of Table II and over the sweep")
         poles = pencils(study, work, runs)
         lost = divergences(study, note)
         scenarios = [run_scenario(study, name, work, note, runs) for name in scenario_names(study)]
@@ -123,7 +126,7 @@ def _compute(
     chapters = [
         ledger_chapter(entries), notation_chapter(), machine_chapter(study.machine), theorem_chapter(entries),
         pencils_chapter(poles, proved), simulations_chapter(study, scenarios, lost),
-        excitation_chapter(_judged(scenarios)), reproduce_chapter(study, files),
+        excitation_chapter(_judged(scenarios), possible), reproduce_chapter(study, files),
     ]
     title = f"imo report: {study.title}"
     footer = Html("Made by <code>imo report</code>. Formulas are set in a subset of STIX Math (SIL Open Font License 1.1).")
@@ -166,7 +169,7 @@ def findings(study: Study, scenarios: Sequence[Scenario]) -> list[str]:
 
 def summary(written: Written) -> dict[str, Any]:
     """The outcome as plain data, for ``--json`` (imo-report/1)."""
-    from imo_analysis.report.chapters.verdicts import counts
+    from imo_analysis.ledger.show import counts
 
     return {
         "folder": str(written.folder),

@@ -18,8 +18,20 @@ def typeset(source: object) -> Html:
     """Text with backticks, dollars and bare names of the notation table as HTML."""
     if isinstance(source, Html):
         return source
-    pieces = _KEPT.split(_SIGNED.sub("−", str(source)))
-    return inline("".join(piece if number % 2 else _NAME.sub(_symbol, piece) for number, piece in enumerate(pieces)))
+    pieces = _KEPT.split(str(source))
+    return inline("".join(piece if number % 2 else _NAME.sub(_symbol, _signs(piece)) for number, piece in enumerate(pieces)))
+
+
+_POWER = re.compile(r"\^(\d)(?!\d)")
+_DIGITS = "⁰¹²³⁴⁵⁶⁷⁸⁹"
+
+
+def _signs(text: str) -> str:
+    """Signs as books set them: a minus for a hyphen before a term or between two, raised digits, and relation signs."""
+    for written, sign in ((">=", "≥"), ("<=", "≤"), ("!=", "≠"), ("->", "→")):
+        text = text.replace(written, sign)
+    text = _POWER.sub(lambda power: _DIGITS[int(power[1])], text)
+    return _SIGNED.sub("−", text).replace(" - ", " − ")
 
 
 def _symbol(match: re.Match[str]) -> str:

@@ -5,20 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from imo_analysis.excitation.conditions import CONDITIONS
+from imo_analysis.report.identifiability import Identifiability, RankRow
 from imo_analysis.report.page import Chapter, Html, figure, join, prose, table, tag
 from imo_analysis.report.scenarios import ExcitationResult
 from imo_analysis.report.words import typeset
 
 
-def excitation_chapter(results: Sequence[ExcitationResult], more: Sequence[Html] = ()) -> Chapter:
-    """Verdicts along the runs, with eigenvalues and lost directions.
-
-    Parameters
-    ----------
-    results : sequence of ExcitationResult
-    more : sequence of Html
-        Further sections: maps, the explanation of the end value of alpha_hat, the design.
-    """
+def excitation_chapter(results: Sequence[ExcitationResult], possible: Identifiability) -> Chapter:
+    """Verdicts along the runs, with eigenvalues and lost directions, and what is possible at all."""
     body = join(
         [
             prose(
@@ -34,17 +28,46 @@ threshold. The scaling and the threshold stand with each result.
             ),
             _overview(results),
             *(_result(result) for result in results),
-            *more,
+            *_possible(possible),
         ]
     )
     return Chapter("excitation", "Excitation", "Excitation and identifiability", body)
+
+
+def _possible(possible: Identifiability) -> list[Html]:
+    return [
+        tag("h3", "What can be told apart at all"),
+        prose(
+            r"""
+Whatever the observer: the measured currents of (1) tell the unknowns apart near a motion when a matrix of derivatives along
+that motion has full rank. The ranks below are computed in exact arithmetic on random rational motions of each kind (a full rank is
+proved by it; a deficit holds but for an unlucky draw). Speed and alpha together are lost in every steady state: only a flux
+magnitude that changes, or a slip that does, separates them.
+"""
+        ),
+        _ranks(possible.constant_speed, "Speed a constant parameter, as in the paper"),
+        tag("details", tag("summary", "With the speed row of (1), and the load torque as an unknown"),
+            _ranks(possible.mechanical, "Speed by the mechanical equation"), class_="more"),
+        *(figure(drawn.svg, drawn.caption, drawn.caption, drawn.file) for drawn in possible.figures),
+    ]
+
+
+def _ranks(rows: Sequence[RankRow], caption: str) -> Html:
+    families = list(rows[0].ranks) if rows else []
+    written = [
+        (typeset(", ".join(row.unknown) or "nothing but the flux"), f"{row.needed}",
+         *(tag("span", f"{row.ranks[name]}" if row.ranks[name] == row.needed else f"{row.ranks[name]} (lost)",
+               class_=None if row.ranks[name] == row.needed else "lost") for name in families))
+        for row in rows
+    ]
+    return table(("unknown", "needed", *families), written, caption)
 
 
 def _overview(results: Sequence[ExcitationResult]) -> Html:
     rows = []
     for result in results:
         for name, one in result.summary["conditions"].items():
-            lost = join((tag("p", typeset(f"{where['text']} ({_share(where['share'])})")) for where in one["lost"][:3]), "")
+            lost = join((typeset(f"{where['text']} ({_share(where['share'])})") for where in one["lost"][:3]), "; ")
             low, high = one["rank"]["lowest"], one["rank"]["highest"]
             rank = f"{low}" if low == high else f"{low} to {high}"
             rows.append((result.title, CONDITIONS[name].title, f"{rank} of {len(one['states'])}",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from itertools import zip_longest
+from itertools import groupby, zip_longest
 
 from imo_analysis.ledger.claim import Entry, Finding, Verdict
 from imo_analysis.ledger.expression import parse_relation
@@ -115,7 +115,7 @@ def entry_html(entry: Entry, entries: Sequence[Entry]) -> Html:
     fact("setting", typeset(claim.setting.text))
     hypotheses = [inline(f"${relation_latex(one)}$") for one in claim.setting.hypotheses]
     fact("assumes", join(hypotheses, ", "), _list(map(typeset, claim.assumptions)))
-    fact("evidence", *(_finding(finding) for finding in entry.findings))
+    fact("evidence", *(_findings(list(group)) for _, group in groupby(entry.findings, key=_head)))
     fact("in motion", *(_trajectory(one.scenario, one.text, one.command) for one in claim.trajectories))
     fact("what falls or changes with it", join((link(one, entries) for one in claim.consequences), ", "))
     fact("note", typeset(claim.note))
@@ -156,12 +156,22 @@ _KINDS = {
 }
 
 
-def _finding(finding: Finding) -> Html:
-    kind = _KINDS.get(finding.kind, finding.kind)
-    truth = {True: "true", False: "false", None: "not settled"}[finding.true]
-    parts = [tag("p", tag("b", f"{truth}: "), typeset(finding.text), tag("span", f" ({kind})", class_="note"))]
-    if finding.statement and finding.role not in ("printed", "corrected"):
-        parts.append(formula(_latex(finding.statement)))
+def _head(finding: Finding) -> tuple[str, str, str, bool | None]:
+    return finding.role, finding.text, finding.kind, finding.true
+
+
+def _findings(alike: Sequence[Finding]) -> Html:
+    """Findings with the same head: the head once, then what each adds."""
+    role, text, kind, true = _head(alike[0])
+    truth = {True: "true", False: "false", None: "not settled"}[true]
+    head = tag("p", tag("b", f"{truth}: "), typeset(text), tag("span", f" ({_KINDS.get(kind, kind)})", class_="note"))
+    shown = role not in ("printed", "corrected") or (len(alike) > 1 and kind == "counterexample")
+    return tag("div", head, *(_detail(finding, shown) for finding in alike))
+
+
+def _detail(finding: Finding, shown: bool) -> Html:
+    """The formula where it is not above already, and what a reader needs to check it by hand."""
+    parts = [formula(_latex(finding.statement))] if finding.statement and shown else []
     detail = finding.detail
     if "point" in detail:
         parts.append(tag("p", _point(detail["point"], detail.get("values", {}))))
@@ -171,7 +181,7 @@ def _finding(finding: Finding) -> Html:
         parts.append(tag("p", inline(f"weight `{square['weight']}`, square of `{square['base']}`")))
     if detail.get("found"):
         parts.append(tag("p", typeset(detail["found"])))
-    return tag("div", *parts)
+    return join(parts, "")
 
 
 def _point(point: dict[str, str], values: dict[str, str]) -> Html:

@@ -2,25 +2,19 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from imo_analysis.ledger.claim import Entry, Verdict
+from imo_analysis.ledger.show import counts
 from imo_analysis.paper.item import PAPER
 from imo_analysis.report.chapters.ledger import WORDS, anchor, badge, label
+from imo_analysis.report.chapters.theorem import REPAIR
 from imo_analysis.report.page import Html, inline, join, tag
 from imo_analysis.report.words import typeset
 from imo_analysis.study import Study
 
 SHOWN = 6
-
-
-def counts(entries: Sequence[Entry]) -> dict[str, int]:
-    """Entries by verdict, in the order of the tiles; those that nothing settled count as ``not settled``."""
-    found = Counter(entry.verdict for entry in entries)
-    result = {str(verdict): found[verdict] for verdict in WORDS}
-    return result | ({"not settled": found[None]} if found[None] else {})
 
 
 def reach(entries: Sequence[Entry]) -> dict[str, int]:
@@ -92,6 +86,7 @@ def first_screen(study: Study, entries: Sequence[Entry], found: Sequence[str]) -
         Findings of the other chapters, a sentence each.
     """
     numbers = counts(entries)
+    ours = sum(entry.claim.id.startswith(REPAIR) for entry in entries)
     tiles = [
         tag("li", tag("a", tag("b", numbers[str(verdict)]), tag("span", f"{word}: {meaning}"), class_=f"tile {kind}",
                       href="#ledger", data_verdict=kind))
@@ -103,8 +98,9 @@ def first_screen(study: Study, entries: Sequence[Entry], found: Sequence[str]) -
             tag("h1", "What holds in an adaptive Luenberger observer for speed-sensorless induction machines"),
             tag("p", f"The paper: {PAPER} (MERL TR2018-090).", class_="soft"),
             tag("p", inline(
-                f"Every equation, table and claim of the paper was transcribed, derived again and judged by exact arithmetic: "
-                f"{len(entries)} entries. The same definitions were then linearised and simulated."), class_="lead"),
+                "Every equation, table and claim of the paper was transcribed, derived again and judged by exact arithmetic: "
+                f"{len(entries)} entries, of which {ours} are repairs of ours. The same definitions were then linearised and "
+                "simulated."), class_="lead"),
             tag("ul", *tiles, class_="tiles"),
             tag("h3", "What falls"),
             _list(results(entries)),

@@ -1,0 +1,66 @@
+"""What can be told apart in principle: ranks for every combination of unknowns, and bounds over operating points."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from imo_analysis.report.scenarios import Drawn, keep
+from imo_analysis.study import Study
+
+TORQUE = 20.0  # N m, past the rating of a machine of Table III's size
+DEPTH, FREQUENCY = 0.05, 30.0  # of the flux modulation in the map: 5 %, 30 rad/s
+
+
+@dataclass(frozen=True)
+class RankRow:
+    """Which quantities are unknown, the rank that tells all apart, and the rank on each family of motions."""
+
+    unknown: tuple[str, ...]
+    needed: int
+    ranks: dict[str, int]
+
+
+@dataclass(frozen=True)
+class Identifiability:
+    """Ranks with the speed as a constant parameter and with the speed row of (1), and the figures of the maps."""
+
+    constant_speed: list[RankRow]
+    mechanical: list[RankRow]
+    figures: list[Drawn]
+
+
+def identifiability(study: Study, folder: Path) -> Identifiability:
+    """Compute ranks and maps for the study's machine and flux, and write the figures to ``folder``."""
+    from imo_analysis.excitation.map_figures import plot_modulation, plot_speed_torque
+    from imo_analysis.excitation.maps import modulation_map, speed_torque_map
+    from imo_analysis.report.style import rasterized
+
+    flux, span = study.drive.flux, study.poles.sweep
+    speeds, torques = _even(span.start, span.stop, 61), _even(-TORQUE, TORQUE, 41)
+    constant = speed_torque_map(study.machine, speeds, torques, flux=flux)
+    modulated = speed_torque_map(study.machine, speeds, torques, flux=flux, depth=DEPTH, frequency=FREQUENCY)
+    omega = max(study.poles.omega)
+    depths, frequencies = np.geomspace(0.001, 0.3, 25).tolist(), np.geomspace(1.0, 300.0, 25).tolist()
+    swing = modulation_map(study.machine, depths, frequencies, omega=omega, flux=flux)
+    figures = [
+        keep(folder, "identifiability-plane", rasterized(plot_speed_torque(constant, modulated)),
+             "Smallest standard deviation that an unbiased estimate of speed or alpha can have (the Cramér-Rao bound), over "
+             "speed and torque. Above: one unknown at a time, constant flux. Below: both unknown, which needs the flux to move."),
+        keep(folder, "identifiability-modulation", rasterized(plot_modulation(swing)),
+             f"The same bounds at {omega:g} rad/s without load, over depth and frequency of a flux modulation."),
+    ]
+    return Identifiability(_ranks(False), _ranks(True), figures)
+
+
+def _even(start: float, stop: float, count: int) -> list[float]:
+    values: list[float] = np.linspace(start, stop, count).tolist()
+    return values
+
+
+def _ranks(mechanical: bool) -> list[RankRow]:
+    from imo_analysis.excitation.observability import rank_table
+
+    return [RankRow(row.problem.unknown, row.size, row.ranks) for row in rank_table(mechanical)]

@@ -1,0 +1,224 @@
+"""The dossier whole: a short study through every room, the folder that it leaves, and the page in a browser."""
+
+import csv
+import html.parser
+import json
+import os
+import re
+import shutil
+import subprocess
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import pytest
+
+from imo_analysis.cli import main
+from imo_analysis.errors import InputError
+from imo_analysis.ledger.book import claims
+from imo_analysis.notation import SYMBOLS
+from imo_analysis.report.dossier import write_dossier
+from imo_analysis.study import Study
+
+pytestmark = pytest.mark.slow
+
+
+def short_study() -> Study:
+    """The paper's study with three of its scenarios, seconds long."""
+    data = dict(Study.paper().data)
+    names = ("fig1", "fig4", "divergence")
+    data["scenarios"] = {name: dict(data["scenarios"][name]) for name in names}
+    for name in names:
+        data["scenarios"][name]["simulation"] = {"duration": 1.5, "record_every": 1}
+    for name in ("fig1", "fig4"):
+        data["scenarios"][name]["reference"] = {"time": [0.0, 1.0], "omega": [50.0, 100.0]}
+        data["scenarios"][name]["windows"] = [{"title": "the step", "start": 1.0, "stop": 1.2, "caption": "50 to 100 rad/s"}]
+    return Study.from_data(data)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    place = tmp_path_factory.mktemp("dossier")
+    study = place / "study.toml"
+    study.write_text(short_study().to_toml(), encoding="utf-8")
+    assert main(["report", str(study), "--out", str(place / "out"), "--json", str(place / "summary.json"), "--quiet"]) == 0
+    return place / "out"
+
+
+@pytest.fixture(scope="module")
+def text(folder: Path) -> str:
+    return (folder / "index.html").read_text(encoding="utf-8")
+
+
+class Reader(html.parser.HTMLParser):
+    """Collects tags, ids, references, and elements that are not closed in order."""
+
+    VOID = ("meta", "img", "input", "br", "link")
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.ids: list[str] = []
+        self.links: list[tuple[str, str]] = []
+        self.faults: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        if tag not in self.VOID:
+            self.open.append(tag)
+        for name, value in attrs:
+            if name == "id":
+                self.ids.append(value or "")
+            if name in ("src", "href", "srcset", "data", "action", "poster", "xlink:href"):
+                self.links.append((tag, value or ""))
+
+    def handle_endtag(self, tag: str) -> None:
+        if not self.open or self.open.pop() != tag:
+            self.faults.append(f"</{tag}> at {self.getpos()}")
+
+
+def read(text: str) -> Reader:
+    reader = Reader()
+    reader.feed(text)
+    reader.close()
+    return reader
+
+
+def test_the_page_is_well_formed(text: str) -> None:
+    reader = read(text)
+    assert not reader.faults and not reader.open
+    assert len(set(reader.ids)) == len(reader.ids)
+    for formula in re.findall(r"<math.*?</math>", text, re.DOTALL):
+        ET.fromstring(formula)
+    assert 'class="unread"' not in text
+
+
+def test_nothing_is_loaded_from_anywhere(text: str, folder: Path) -> None:
+    reader = read(text)
+    for tag, link in reader.links:
+        if tag != "a":
+            assert link.startswith("data:"), (tag, link[:80])
+        elif link.startswith("#"):
+            assert link[1:] in reader.ids, link
+        else:
+            assert (folder / link).is_file(), link
+    assert not re.search(r"url\((?!data:|%23)", text)
+    assert not re.search(r"(?:fetch|XMLHttpRequest|import)\s*\(", text)
+
+
+def test_every_entry_of_the_ledger_is_there(text: str, folder: Path) -> None:
+    ledger = json.loads((folder / "ledger.json").read_text(encoding="utf-8"))
+    assert ledger["schema"] == "imo-ledger/1"
+    assert [entry["id"] for entry in ledger["entries"]] == [claim.id for claim in claims()]
+    for claim in claims():
+        assert f'id="entry-{claim.id}"' in text
+
+
+def test_the_first_screen_counts_what_the_ledger_says(text: str, folder: Path) -> None:
+    ledger = json.loads((folder / "ledger.json").read_text(encoding="utf-8"))
+    for verdict, kind in (("holds", "holds"), ("holds after correction", "corrected"), ("fails", "fails"),
+                          ("not determined by the text", "open")):
+        number = sum(entry["verdict"] == verdict for entry in ledger["entries"])
+        assert re.search(rf'class="tile {kind}"[^>]*><b>{number}</b>', text)
+    summary = json.loads((folder.parent / "summary.json").read_text(encoding="utf-8"))
+    assert summary["schema"] == "imo-report/1" and sum(summary["verdicts"].values()) == len(ledger["entries"])
+
+
+def test_files(text: str, folder: Path) -> None:
+    summary = json.loads((folder.parent / "summary.json").read_text(encoding="utf-8"))
+    listed = {one["name"] for one in summary["files"]}
+    there = {str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()}
+    assert listed == there
+    for name in ("fig1-speed", "fig1-window1", "fig4-alpha", "fig4-flux", "poles-plane", "poles-speed",
+                 "fig4-excitation-consistent_12"):
+        figure = folder / "figures" / f"{name}.svg"
+        ET.parse(figure)
+        assert f'href="figures/{name}.svg"' in text
+    assert not [path for path in folder.parent.iterdir() if path.name.startswith(".")]
+
+
+def test_table2_csv_has_the_printed_numbers(folder: Path) -> None:
+    with (folder / "table2.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    baseline = [row for row in rows if row["observer"] == "baseline"]
+    assert {float(row["printed_re (1/s)"]) for row in baseline} == {-479.11, -16.28, -474.37, -21.03, -466.28, -29.11}
+    assert {float(row["omega (rad/s)"]) for row in rows} == {30.0, 60.0, 100.0}
+
+
+def test_runs_can_be_loaded(folder: Path) -> None:
+    from imo_analysis.simulation.runfile import load_run
+
+    whole = load_run(folder / "runs" / "fig1.nc")
+    again = load_run(folder / "runs" / "fig1.csv")
+    assert whole.sizes["time"] <= 7500 and again.sizes["time"] <= 3000
+    assert set(whole["observer"].values) == set(again["observer"].values)
+
+
+def test_every_symbol_is_explained(text: str) -> None:
+    chapter = text.split('id="notation"')[1].split("</section>")[0]
+    for name in SYMBOLS:
+        assert f"<code>{name}</code>" in chapter
+
+
+# When things go wrong --------------------------------------------------------------------------------------------------
+@pytest.mark.parametrize("fault", [KeyboardInterrupt(), OSError(28, "No space left on device")])
+def test_an_interrupt_or_a_full_disk_leaves_nothing(tmp_path: Path, fault: BaseException) -> None:
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "index.html").write_text("the last dossier", encoding="utf-8")
+
+    def note(line: str) -> None:
+        if line.startswith("fig1: drawing"):
+            raise fault
+
+    with pytest.raises(KeyboardInterrupt if isinstance(fault, KeyboardInterrupt) else InputError):
+        write_dossier(short_study(), out, note)
+    assert [path.name for path in tmp_path.rglob("*")] == ["out", "index.html"]
+    assert (out / "index.html").read_text(encoding="utf-8") == "the last dossier"
+
+
+def test_a_folder_that_cannot_be_made(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    assert main(["report", "--out", str(tmp_path / "file" / "out")]) == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1 and "choose another place" in said
+
+
+# In a browser ----------------------------------------------------------------------------------------------------------
+def chromium() -> str:
+    found = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    if found is None:
+        if os.environ.get("CI") == "true":
+            pytest.fail("chromium is missing; CI installs it")
+        pytest.skip("chromium is not installed")
+    return found
+
+
+PROBE = """<script>addEventListener("load",function(){
+var b=document.body,e=document.querySelectorAll("details.entry"),s=document.querySelector(".slider svg");
+var r=document.querySelector(".slider input");
+var before=s.innerHTML;r.value=0;r.dispatchEvent(new Event("input"));
+document.querySelector('#ledger-tools button[data-verdict="fails"]').click();
+var shown=Array.from(e).filter(function(x){return !x.hidden;}).length;
+location.hash="#"+e[0].id;
+setTimeout(function(){b.setAttribute("data-probe",JSON.stringify({width:document.documentElement.scrollWidth,inner:innerWidth,
+entries:e.length,shown:shown,moved:before!==s.innerHTML,marks:s.querySelectorAll("circle,rect,path").length,opened:e[0].open,
+math:document.querySelector("math").getBoundingClientRect().height,
+broken:Array.from(document.images).filter(function(i){return i.loading!=="lazy"&&!i.naturalWidth;}).length}));},50);
+});</script>"""
+
+
+@pytest.mark.parametrize(("width", "height"), [(1300, 900), (500, 844)])
+def test_in_a_browser(text: str, folder: Path, tmp_path: Path, width: int, height: int) -> None:
+    browser = chromium()
+    probed = tmp_path / "probed.html"
+    probed.write_text(text.replace("</body>", f"{PROBE}</body>").replace('loading="lazy"', ""), encoding="utf-8")
+    command = [browser, "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync",
+               "--disable-background-networking", "--disable-component-update", f"--user-data-dir={tmp_path / 'profile'}",
+               f"--window-size={width},{height}", "--virtual-time-budget=5000", "--dump-dom", probed.as_uri()]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True)
+    match = re.search(r'data-probe="([^"]*)"', done.stdout)
+    assert match, done.stderr[-2000:]
+    seen = json.loads(match[1].replace("&quot;", '"'))
+    assert seen["width"] <= seen["inner"], "the page is wider than the window"
+    assert seen["entries"] == len(claims()) and seen["broken"] == 0
+    assert seen["moved"] and seen["marks"] > 10 and seen["opened"] and seen["math"] > 5
+    assert 0 < seen["shown"] < seen["entries"]

@@ -1,0 +1,97 @@
+"""HTML pieces: escaping, prose, numbers; figures and metrics on data that is small enough to know the answer."""
+
+import math
+import xml.etree.ElementTree as ET
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from imo_analysis.report.metrics import resting, step_responses
+from imo_analysis.report.page import Chapter, Html, inline, number, page, prose, table, tag
+from imo_analysis.report.run_figures import alpha_figure, flux_error_figure, speed_figure, thinned
+from imo_analysis.report.style import svg_text
+
+NAMES = ("baseline", "consistent_12")
+
+
+def run() -> xr.Dataset:
+    """Two observers whose errors are known: the first is off by exp(-10 t), the second not at all."""
+    time = np.arange(0, 10_000) * 1e-4
+    omega = np.where(time < 0.5, 50.0, 100.0)
+    error = np.stack([np.exp(-10 * time), np.zeros_like(time)])
+    one = np.ones_like(time)
+    pair = np.stack([one, one])
+    both = ("observer", "time")
+    data = {"omega": ("time", omega), "phi_dr": ("time", 0.5 * one), "phi_qr": ("time", 0 * one),
+            "i_ds": ("time", one), "i_qs": ("time", 0 * one), "omega_hat": (both, omega - error),
+            "alpha_hat": (both, np.stack([np.nan * one, 10.5 * one])), "phi_dr_hat": (both, 0.4 * pair),
+            "phi_qr_hat": (both, 0 * pair)}
+    data |= {name: (both, np.stack([np.nan * one, 3.0 * one])) for name in ("z_1_hat", "xi_1_hat")}
+    data |= {name: (both, np.stack([np.nan * one, 0 * one])) for name in ("z_2_hat", "xi_2_hat")}
+    return xr.Dataset(data, coords={"time": time, "observer": list(NAMES)})
+
+
+def test_text_is_escaped_and_html_is_not() -> None:
+    assert tag("p", "a < b & c", Html("<b>d</b>")) == "<p>a &lt; b &amp; c<b>d</b></p>"
+    assert tag("a", "x", href='"><script>') == '<a href="&quot;&gt;&lt;script&gt;">x</a>'
+    assert table(("<h>",), [("<c>",)]).count("&lt;") == 2
+
+
+def test_prose_reads_code_and_formulas() -> None:
+    shown = prose("first `k < 1`\n\nsecond $x_1$")
+    assert shown.count("<p>") == 2 and "<code>k &lt; 1</code>" in shown and "<math" in shown
+    assert inline("a < b") == "a &lt; b"
+
+
+@pytest.mark.parametrize(("value", "written"), [(0.5, "0.5"), (-12.3456, "−12.3"), (4.08e-10, "4.08·10⁻¹⁰"), (math.nan, "–")])
+def test_numbers(value: float, written: str) -> None:
+    assert number(value) == written
+
+
+def test_the_page_is_well_formed_and_loads_nothing() -> None:
+    text = page("a < b", tag("h1", "first"), [Chapter("one", "One", "Chapter one", tag("p", "x"))], tag("span", "end"))
+    head, body = text.split("<body>")
+    ET.fromstring("<body>" + body.split("<script>")[0] + "</body>")
+    assert "<title>a &lt; b</title>" in head
+    assert "http" not in text.replace("http://www.w3.org/", "")
+
+
+def test_thinning_keeps_every_peak() -> None:
+    time = np.linspace(0, 1, 100_000)
+    values = np.zeros_like(time)
+    values[54_321], values[77_777] = 1.0, -2.0
+    short_time, short = thinned(time, values)
+    assert len(short) < 6000 and short.max() == 1.0 and short.min() == -2.0
+    assert (np.diff(short_time) > 0).all() and short_time[0] == 0 and short_time[-1] == 1
+
+
+def test_figures_are_the_same_twice_and_have_units() -> None:
+    data = run()
+    for draw in (lambda: speed_figure(data), lambda: speed_figure(data, (0.4, 0.6)),
+                 lambda: alpha_figure(data, 9.9, {"paper": 10.5}, NAMES[1:]), lambda: flux_error_figure(data, NAMES)):
+        figure = draw()
+        assert svg_text(figure) == svg_text(draw())
+        for axes in figure.axes:
+            assert "(" in axes.get_ylabel()
+        assert "(s)" in figure.axes[-1].get_xlabel()
+
+
+def test_step_response_of_a_known_error() -> None:
+    late, exact = step_responses(run(), (0.0, 0.9999))
+    assert late.peak == pytest.approx(1.0) and exact.peak == 0.0
+    assert late.band == pytest.approx(1.0) and late.settled == pytest.approx(0.0)  # 2 % of the step of 50 rad/s
+    assert late.rms == pytest.approx(math.sqrt((1 - math.exp(-20)) / 20), rel=1e-3)
+
+
+def test_a_response_that_never_settles_says_so() -> None:
+    data = run()
+    data["omega_hat"][0] = data["omega_hat"][0] - 30.0
+    assert math.isnan(step_responses(data, (0.4, 0.6))[0].settled)
+
+
+def test_resting_state() -> None:
+    first, second = resting(run(), 4.0, 0.8)
+    assert first.time == pytest.approx(0.8) and first.flux_error == pytest.approx(0.2)
+    assert math.isnan(first.alpha_hat) and math.isnan(first.z_error)
+    assert second.alpha_hat == 10.5 and second.z_error == pytest.approx(0.0)  # z = 1 + 4 * 0.5
