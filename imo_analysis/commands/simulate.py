@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import argparse
+import json
 from pathlib import Path
 from typing import Any
 
-from imo_analysis.errors import Diverged, InputError
+from imo_analysis.errors import InputError
 
 DESCRIPTION = "Run plant, field-oriented drive and all observers of a study, side by side on the same measurements."
 EXAMPLE = "imo simulate --scenario fig1 --out run.nc --plot run.svg\n  imo simulate study.toml --out run.csv"
@@ -32,28 +33,26 @@ def run(args: argparse.Namespace) -> int:
     study = Study.load(args.study) if args.study else Study.paper()
     if args.scenario:
         study = study.scenario(args.scenario)
-    try:
-        data = _simulated(study)
-    except Diverged as fault:
-        _write(args, study, fault.data, str(fault))
-        raise
-    _write(args, study, data, None)
+    data, fault = _simulated(study)
+    _write(args, study, data, None if fault is None else str(fault))
+    if fault:
+        raise fault
     return 0
 
 
 def _simulated(study: Any) -> Any:
     import sys
 
-    from imo_analysis.simulation.run import simulate
+    from imo_analysis.simulation.run import simulate_labelled
 
     if not sys.stderr.isatty():
-        return simulate(study)
+        return simulate_labelled(study)
     from tqdm import tqdm
 
     simulation = study.simulation
     with tqdm(total=simulation.duration, unit="s", unit_scale=False, desc=study.title[:24], leave=False, delay=0.5,
               bar_format="{desc} {percentage:3.0f}% |{bar}| {n:.0f} of {total:.0f} s, {remaining} left") as bar:
-        return simulate(study, lambda samples: bar.update(samples * simulation.sample_time))
+        return simulate_labelled(study, lambda samples: bar.update(samples * simulation.sample_time))
 
 
 def _write(args: argparse.Namespace, study: Any, data: Any, fault: str | None) -> None:
@@ -61,12 +60,13 @@ def _write(args: argparse.Namespace, study: Any, data: Any, fault: str | None) -
     from imo_analysis.simulation.runfile import save_run
     from imo_analysis.simulation.summary import summary
 
-    end = data.sizes["time"] * study.simulation.record_every * study.simulation.sample_time
-    say(args, f"{study.title}: {end:g} s of motor time, {data.sizes['time']} records")
+    records = len(data["time"])
+    end = records * study.simulation.record_every * study.simulation.sample_time
+    say(args, f"{study.title}: {end:g} s of motor time, {records} records")
     if args.out:
         save_run(data, args.out)
-    plots = _plot(args, study, data) if args.plot and data.sizes["time"] > 1 else []
-    found = summary(data) if data.sizes["time"] else {}
+    plots = _plot(args, study, data) if args.plot and records > 1 else []
+    found = summary(data) if records else {}
     for name, one in found.items():
         if one["lost_at"] is not None:
             say(args, f"  {name:<14} lost at {one['lost_at']:.4g} s")
@@ -77,8 +77,9 @@ def _write(args: argparse.Namespace, study: Any, data: Any, fault: str | None) -
     for path in [*([args.out] if args.out else []), *plots]:
         say(args, f"wrote {path}")
     emit_json(args, schema="imo-simulate/1", data={
-        "title": study.title, "study_sha256": study.sha256, "versions": data.attrs["versions"], "seed": study.simulation.seed,
-        "duration": end, "records": data.sizes["time"], "diverged": fault, "observers": found,
+        "title": study.title, "study_sha256": study.sha256, "versions": json.loads(data.attrs["versions"]),
+        "seed": study.simulation.seed,
+        "duration": end, "records": records, "diverged": fault, "observers": found,
         "out": args.out, "plots": plots,
     })
 
@@ -88,13 +89,13 @@ def _plot(args: argparse.Namespace, study: Any, data: Any) -> list[str]:
     from imo_analysis.report.run_figures import speed_figure
     from imo_analysis.report.style import save_svg
 
-    name = args.plot
-    save_svg(speed_figure(data), name)
+    run, name = data.dataset(), args.plot
+    save_svg(speed_figure(run), name)
     names = [name]
     for n, window in enumerate(study.windows, 1):
-        if int(((data.time >= window.start) & (data.time <= window.stop)).sum()) > 1:
+        if run.sel(time=slice(window.start, window.stop)).sizes["time"] > 1:
             path = str(Path(name).with_name(f"{Path(name).stem}-{n}.svg"))
-            save_svg(speed_figure(data, (window.start, window.stop)), path)
+            save_svg(speed_figure(run, (window.start, window.stop)), path)
             names.append(path)
         else:
             say(args, f"window {window.title!r} ({window.start:g} to {window.stop:g} s) holds no records and is not drawn")

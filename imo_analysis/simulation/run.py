@@ -13,11 +13,12 @@ import numpy as np
 
 from imo_analysis.equations.catalogue import OBSERVERS
 from imo_analysis.equations.plant import torque
-from imo_analysis.errors import Diverged
+from imo_analysis.errors import Diverged, InputError
 from imo_analysis.notation import symbol
 from imo_analysis.simulation.drive import flux_rates
 from imo_analysis.simulation.inputs import Array, inputs
 from imo_analysis.simulation.kernel import PLANT_STATES, Loop, kernel
+from imo_analysis.simulation.labelled import Labelled, Variable
 from imo_analysis.study import Study
 
 if TYPE_CHECKING:
@@ -31,6 +32,8 @@ FLUX_FLOOR = 0.05
 ESTIMATES = (
     "i_ds_hat", "i_qs_hat", "z_1_hat", "z_2_hat", "xi_1_hat", "xi_2_hat", "alpha_hat", "omega_hat", "phi_dr_hat", "phi_qr_hat",
 )
+# A run that would need more bytes than this is refused.
+MEMORY = 8e9
 # Samples between two looks at the keyboard and the progress bar.
 _STRETCH = 50_000
 
@@ -60,13 +63,20 @@ def simulate(study: Study, progress: Callable[[int], None] | None = None) -> xr.
         When the machine or an observer leaves `BOUND`. Its ``data`` is the run so far: records after the machine was lost are
         left out, those of an observer that was lost are NaN.
     """
+    data, fault = simulate_labelled(study, progress)
+    if fault:
+        fault.data = data.dataset()
+        raise fault
+    return data.dataset()
+
+
+def simulate_labelled(study: Study, progress: Callable[[int], None] | None = None) -> tuple[Labelled, Diverged | None]:
+    """As `simulate`, without xarray, and with the fault returned beside the run so far."""
     order = _order(study)
     loop = Loop(tuple(study.observers[name].kind for name in order), study.drive.feedback != "measured")
     out, outside, lost = _run(study, order, loop, progress)
-    data = _dataset(study, order, loop, out, outside, lost)
-    if (lost >= 0).any():
-        raise _diverged(study, order, data, lost)
-    return data
+    data = _label(study, order, loop, out, outside, lost)
+    return data, _diverged(study, order, data, lost) if (lost >= 0).any() else None
 
 
 def _order(study: Study) -> list[str]:
@@ -103,6 +113,12 @@ def _run(
         each += [np.array(settings.initial_values), study.observer_machine(name).observer_parameters, settings.gain_values]
     sensor = (*sensors.current_gain, *sensors.current_offset, 1.0 if sensors.sampling == "sampled" else 0.0)
     records = math.ceil(simulation.samples / every)
+    size = 8 * records * (len(loop.columns) + len(order) * len(ESTIMATES) + 12)
+    if size > MEMORY:
+        raise InputError(
+            f"simulation.record_every = {every} keeps {records} records, {size / 1e9:.1f} GB; that must be below "
+            f"{MEMORY / 1e9:g} GB: make it {math.ceil(every * size / MEMORY)} or more, or shorten simulation.duration"
+        )
     out = np.empty((records, len(loop.columns)))
     outside = np.empty((2, records))
     lost = np.full(1 + len(order), -1)
@@ -122,22 +138,21 @@ def _run(
     return out[:records], outside[:, :records], lost
 
 
-def _dataset(study: Study, order: list[str], loop: Loop, out: Array, outside: Array, lost: Any) -> xr.Dataset:
-    import xarray as xr
-
+def _label(study: Study, order: list[str], loop: Loop, out: Array, outside: Array, lost: Any) -> Labelled:
     names = list(study.observers)
     columns = {name: np.ascontiguousarray(out[:, n]) for n, name in enumerate(loop.columns)}
     machine = study.machine
     number = np.arange(len(out)) * study.simulation.record_every
-    data = {name: ("time", columns[name], _attributes(name)) for name in (*PLANT_STATES, "u_ds", "u_qs")}
+    time = ("time",)
+    data: dict[str, Variable] = {name: (time, columns[name], _attributes(name)) for name in (*PLANT_STATES, "u_ds", "u_qs")}
     state = tuple(columns[name] for name in PLANT_STATES)
-    data["torque"] = ("time", torque(state, machine.n_p, machine.L_m, machine.L_r), _attributes("torque"))
-    data["T_l"] = ("time", outside[1], _attributes("T_l"))
-    data["omega_ref"] = ("time", outside[0], {**_attributes("omega"), "long_name": "reference of the rotor speed, electrical",
+    data["torque"] = (time, torque(state, machine.n_p, machine.L_m, machine.L_r), _attributes("torque"))
+    data["T_l"] = (time, outside[1], _attributes("T_l"))
+    data["omega_ref"] = (time, outside[0], {**_attributes("omega"), "long_name": "reference of the rotor speed, electrical",
                                               "latex": r"\omega^*"})
     seen = (columns["i_ds_meas"], columns["i_qs_meas"])
     for axis, values in zip("dq", seen, strict=True):
-        data[f"i_{axis}s_meas"] = ("time", values, {"units": "A", "long_name": f"stator current, {axis} axis, as measured",
+        data[f"i_{axis}s_meas"] = (time, values, {"units": "A", "long_name": f"stator current, {axis} axis, as measured",
                                                     "latex": rf"i_{{{axis}s}}^{{meas}}"})
     estimates = {name: np.full((len(names), len(out)), np.nan) for name in ESTIMATES}
     for n, name in enumerate(order):
@@ -152,13 +167,12 @@ def _dataset(study: Study, order: list[str], loop: Loop, out: Array, outside: Ar
         with np.errstate(divide="ignore", invalid="ignore"):
             flux = observer.flux(x_hat, seen, study.observer_machine(name).beta)
         estimates["phi_dr_hat"][place], estimates["phi_qr_hat"][place] = flux
-    dataset = xr.Dataset(
-        {**data, **{name: (("observer", "time"), values, _attributes(name)) for name, values in estimates.items()}},
-        coords={"time": ("time", number * study.simulation.sample_time, _attributes("t", units="s")),
-                "observer": ("observer", np.array(names, dtype=str) if names else np.array([], dtype="<U1"))},
-        attrs=provenance(study),
-    )
-    return dataset
+    data |= {name: (("observer", "time"), values, _attributes(name)) for name, values in estimates.items()}
+    coordinates: dict[str, Variable] = {
+        "time": (time, number * study.simulation.sample_time, _attributes("t")),
+        "observer": (("observer",), np.array(names, dtype=str if names else "<U1"), {}),
+    }
+    return Labelled(data, coordinates, provenance(study))
 
 
 def provenance(study: Study) -> dict[str, Any]:
@@ -169,12 +183,12 @@ def provenance(study: Study) -> dict[str, Any]:
             "versions": json.dumps(versions), "seed": study.simulation.seed}
 
 
-def _attributes(name: str, units: str | None = None) -> dict[str, str]:
+def _attributes(name: str) -> dict[str, Any]:
     entry = symbol(name)
-    return {"units": units or entry.unit, "long_name": entry.meaning, "latex": entry.latex}
+    return {"units": entry.unit, "long_name": entry.meaning, "latex": entry.latex}
 
 
-def _diverged(study: Study, order: list[str], data: xr.Dataset, lost: Any) -> Diverged:
+def _diverged(study: Study, order: list[str], data: Labelled, lost: Any) -> Diverged:
     """The fault that names who was lost, when, and the last state on record."""
     who = ["the machine", *(f"observer {name}" for name in order)]
     T = study.simulation.sample_time
@@ -185,8 +199,8 @@ def _diverged(study: Study, order: list[str], data: xr.Dataset, lost: Any) -> Di
     row = math.ceil(sample / study.simulation.record_every) - 1
     last: dict[str, float] = {}
     if row >= 0:
-        source = data if n == 0 else data.sel(observer=order[n - 1])
-        last = {name: float(source[name][row]) for name in states}
+        place = () if n == 0 else (list(study.observers).index(order[n - 1]),)
+        last = {name: float(data[name][*place, row]) for name in states}
         values = ", ".join(f"{name} = {value:.6g} {symbol(name).unit}".removesuffix(" 1") for name, value in last.items())
-        texts.append(f"the last state on record, at t = {float(data.time[row]):.6g} s, was {values}")
-    return Diverged("; ".join(texts), sample * T, last, data)
+        texts.append(f"the last state on record, at t = {row * study.simulation.record_every * T:.6g} s, was {values}")
+    return Diverged("; ".join(texts), sample * T, last)

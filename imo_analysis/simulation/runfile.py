@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import re
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +16,7 @@ import numpy as np
 
 from imo_analysis.errors import InputError
 from imo_analysis.files import replacing
+from imo_analysis.simulation.labelled import Labelled
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -24,7 +26,7 @@ SCHEMA = "imo-run/1"
 _COLUMN = re.compile(r"(\w+)\[(.+)\]")
 
 
-def save_run(run: xr.Dataset, path: str | Path) -> None:
+def save_run(run: Labelled | xr.Dataset, path: str | Path) -> None:
     """Write a run; the ending of the name says how.
 
     Raises
@@ -78,7 +80,7 @@ def _choose(path: str | Path, ways: dict[str, Any]) -> Any:
     return ways[ending]
 
 
-def write_netcdf(run: xr.Dataset, path: Path) -> None:
+def write_netcdf(data: Labelled | xr.Dataset, path: Path) -> None:
     """Write any data set of numbers and text as NetCDF 4, attributes of numbers and text included."""
     # xarray's own writer imports dask where that is installed, which takes longer than the whole simulation; and HDF5 crashes
     # the process when the disk is full, so that it writes to memory and the bytes go to the file in one piece
@@ -86,17 +88,20 @@ def write_netcdf(run: xr.Dataset, path: Path) -> None:
 
     import h5netcdf
 
+    parts = Labelled.of(data)
     memory = io.BytesIO()
     with h5netcdf.File(memory, "w") as file:
-        file.dimensions = dict(run.sizes)
-        for name, values in {**run.coords, **run.data_vars}.items():
+        for name, (dimensions, values, attributes) in {**parts.coordinates, **parts.variables}.items():
+            for dimension, size in zip(dimensions, values.shape, strict=True):
+                if dimension not in file.dimensions:
+                    file.dimensions[dimension] = size
             text = values.dtype.kind in "UO"
             variable = file.create_variable(
-                str(name), values.dims, dtype=h5netcdf.core.h5py.string_dtype() if text else values.dtype,
-                data=values.values.astype(object) if text else values.values,
+                name, dimensions, dtype=h5netcdf.core.h5py.string_dtype() if text else values.dtype,
+                data=values.astype(object) if text else values,
             )
-            variable.attrs.update({str(key): value for key, value in values.attrs.items()})
-        file.attrs.update({str(key): value for key, value in run.attrs.items()})
+            variable.attrs.update(attributes)
+        file.attrs.update(parts.attrs)
     path.write_bytes(memory.getbuffer())
 
 
@@ -107,25 +112,23 @@ def _read_netcdf(path: Path) -> xr.Dataset:
         return run.load()
 
 
-def _frame(run: xr.Dataset) -> pd.DataFrame:
+def _frame(run: Labelled) -> pd.DataFrame:
     import pandas as pd
 
-    columns = {"time": run["time"].values}
-    for name, values in run.data_vars.items():
-        if "observer" in values.dims:
-            for observer in run["observer"].values:
-                columns[f"{name}[{observer}]"] = values.sel(observer=observer).values
+    columns = {"time": run["time"]}
+    for name, (dimensions, values, _) in run.variables.items():
+        if "observer" in dimensions:
+            columns |= {f"{name}[{observer}]": row for observer, row in zip(run["observer"], values, strict=True)}
         else:
-            columns[str(name)] = values.values
+            columns[name] = values
     return pd.DataFrame(columns)
 
 
-def _head(run: xr.Dataset) -> str:
+def _head(run: Labelled) -> str:
     """All attributes, those of the variables included, as one line of JSON."""
-    variables = {str(name): values.attrs for name, values in {**run.coords, **run.data_vars}.items()}
-    observers = [str(name) for name in run["observer"].values]
+    variables = {name: attributes for name, (_, _, attributes) in {**run.coordinates, **run.variables}.items()}
     attrs = {name: value.item() if isinstance(value, np.generic) else value for name, value in run.attrs.items()}
-    return json.dumps({"attrs": attrs, "variables": variables, "observers": observers})
+    return json.dumps({"attrs": attrs, "variables": variables, "observers": [str(name) for name in run["observer"]]})
 
 
 def _unframe(columns: dict[str, Any], head: str) -> xr.Dataset:
@@ -147,7 +150,8 @@ def _unframe(columns: dict[str, Any], head: str) -> xr.Dataset:
     return xr.Dataset(single, coords=coordinates, attrs=known["attrs"])
 
 
-def _write_csv(run: xr.Dataset, path: Path) -> None:
+def _write_csv(data: Labelled | xr.Dataset, path: Path) -> None:
+    run = Labelled.of(data)
     with open(path, "w", encoding="utf-8", newline="\n") as file:
         file.write(f"# {_head(run)}\n")
         _frame(run).to_csv(file, index=False, lineterminator="\n", na_rep="nan")
@@ -159,16 +163,17 @@ def _read_csv(path: Path) -> xr.Dataset:
         if not head.startswith("# {"):
             raise ValueError("its first line is not '# {...}'; for a recorded log use: imo replay")
         names = file.readline().rstrip("\n").split(",")
-        rows = np.loadtxt(file, delimiter=",", ndmin=2)
-    if len(rows) and rows.shape[1] != len(names):
-        raise ValueError(f"it has {len(names)} names and {rows.shape[1]} columns")
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)  # a run that diverged at once has no rows
+            rows = np.loadtxt(file, delimiter=",", ndmin=2).reshape(-1, len(names))
     return _unframe({name: rows[:, n] for n, name in enumerate(names)}, head[2:])
 
 
-def _write_parquet(run: xr.Dataset, path: Path) -> None:
+def _write_parquet(data: Labelled | xr.Dataset, path: Path) -> None:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
+    run = Labelled.of(data)
     table = pa.Table.from_pandas(_frame(run), preserve_index=False)
     pq.write_table(table.replace_schema_metadata({"imo_run": _head(run)}), path)
 

@@ -5,12 +5,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
+
+from imo_analysis.simulation.labelled import Labelled
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-def summary(run: xr.Dataset) -> dict[str, dict[str, Any]]:
+def summary(run: Labelled | xr.Dataset) -> dict[str, dict[str, Any]]:
     """For each observer its last estimates and the speed error (true - estimate, rad/s).
 
     Returns
@@ -20,25 +23,24 @@ def summary(run: xr.Dataset) -> dict[str, dict[str, Any]]:
         ``speed_error_rms`` and ``speed_error_peak`` over the second half of the run, and ``lost_at``: the time in s from
         which there is no estimate, or None.
     """
-    half = run.isel(time=slice(run.sizes["time"] // 2, None))
+    time, omega = np.asarray(run["time"]), np.asarray(run["omega"])
+    half = len(time) // 2
     result: dict[str, dict[str, Any]] = {}
-    for name in run["observer"].values:
-        one = run.sel(observer=name)
-        error = (half["omega"] - half["omega_hat"].sel(observer=name)).values
-        finite = np.isfinite(one["omega_hat"].values)
-        whole = bool(finite.all())
+    for n, name in enumerate(np.asarray(run["observer"])):
+        omega_hat, alpha_hat = np.asarray(run["omega_hat"])[n], np.asarray(run["alpha_hat"])[n]
+        error = (omega - omega_hat)[half:]
+        finite = np.isfinite(omega_hat)
         usable = np.isfinite(error).any()
         result[str(name)] = {
-            "omega_hat": _last(one["omega_hat"]),
-            "alpha_hat": _last(one["alpha_hat"]),
+            "omega_hat": _last(omega_hat),
+            "alpha_hat": _last(alpha_hat),
             "speed_error_rms": float(np.sqrt(np.nanmean(error**2))) if usable else None,
             "speed_error_peak": float(np.nanmax(np.abs(error))) if usable else None,
-            "lost_at": None if whole else float(run["time"].values[np.argmin(finite)]),
+            "lost_at": None if finite.all() else float(time[np.argmin(finite)]),
         }
     return result
 
 
-def _last(values: xr.DataArray) -> float | None:
+def _last(values: NDArray[np.float64]) -> float | None:
     """The last value of a series that has ended well, else None."""
-    last = float(values[-1]) if values.size else float("nan")
-    return last if np.isfinite(last) else None
+    return float(values[-1]) if values.size and np.isfinite(values[-1]) else None

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from imo_analysis.errors import Diverged
+from imo_analysis.errors import Diverged, InputError
 from imo_analysis.simulation import run as runs
 from imo_analysis.simulation.inputs import inputs, normals
 from imo_analysis.simulation.run import simulate
@@ -118,3 +118,8 @@ def test_alpha_hat_of_fig_4(paper):
     assert float(run["alpha_hat"].sel(time=44.9, method="nearest")[0]) == pytest.approx(10.47, abs=0.01)
     fig4 = simulate(paper.scenario("fig4").only(["consistent_12"]))
     assert float(fig4["alpha_hat"][0, -1]) == pytest.approx(10.5, abs=0.05)
+
+
+def test_a_run_that_does_not_fit_the_memory_is_refused(paper):
+    with pytest.raises(InputError, match=r"record_every = 1 keeps 1000000000 records.* make it \d+ or more"):
+        simulate(paper.changed({"simulation.duration": 1e5, "simulation.record_every": 1}))
