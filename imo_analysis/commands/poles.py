@@ -68,7 +68,7 @@ def run(args: argparse.Namespace) -> int:
         data = _sweep(args, study, machines, observers)
         for option, path in (("plot", args.plot), ("map", args.map)):
             if path:
-                _draw(option, path, data)
+                _draw(option, path, data, machines, observers)
                 say(args, f"wrote {path}")
         if args.out:
             _write(data, args.out)
@@ -235,19 +235,25 @@ def _summary(args: argparse.Namespace, data: xr.Dataset) -> dict[str, Any]:
         moving = part["re"].where(~part["neutral"]).values
         worst = np.nanmax(moving, axis=1)
         at = int(np.argmax(worst))
-        unstable = int((worst > 0).sum())
+        unstable = int((worst > 1e-9 * np.nanmax(np.abs(moving))).sum())
         say(args, f"{label}: slowest pole {worst[at]:.4g} /s at {over} = {part[over].values[at]:g}; "
             f"unstable at {unstable} of {len(worst)} points; {int(part['neutral'].sum())} poles on the axis by structure")
         summary["unstable"][str(label)] = unstable
     return summary
 
 
-def _draw(option: str, path: str, data: xr.Dataset) -> None:
+def _draw(option: str, path: str, data: xr.Dataset, machines: Any, observers: Any) -> None:
     from imo_analysis.pencils.maps import plot_against, plot_plane
+    from imo_analysis.pencils.table2 import table2
     from imo_analysis.report.style import save_svg
 
-    title = "Poles of the error dynamics" + (" at frozen speed" if data.attrs.get("kind") == "frozen" else ", with adaptation")
-    save_svg(plot_against(data, title) if option == "plot" else plot_plane(data, title), path)
+    frozen = data.attrs.get("kind") == "frozen"
+    title = "Poles of the error dynamics" + (" at frozen speed" if frozen else ", with adaptation")
+    if option == "plot":
+        save_svg(plot_against(data, title), path)
+        return
+    beside = table2(next(iter(machines.values())), observers) if frozen and data.attrs.get("over") == "omega" else None
+    save_svg(plot_plane(data, title, printed=beside), path)
 
 
 def _write(data: xr.Dataset, path: str) -> None:

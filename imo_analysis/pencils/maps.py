@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from imo_analysis.errors import InputError
-from imo_analysis.report.style import LIMIT, line, new_figure, style
+from imo_analysis.report.style import LIMIT, Line, line, new_figure, style
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -55,10 +55,11 @@ def plot_against(data: xr.Dataset, title: str = "") -> Figure:
     from matplotlib.ticker import StrMethodFormatter, SymmetricalLogLocator
 
     over = swept_name(data)
+    styles = _styles(data)
     figure, axes = new_figure(1, 2, width=7.6, height=3.6)
     with style():
         for label, part in _observers(data):
-            kind = str(part["observer_kind"].values) if "observer_kind" in part.coords else label
+            look = styles[label].kwargs()
             for n, branch in enumerate(part["branch"].values):
                 one = part.sel(branch=branch)
                 text = label if n == 0 else None
@@ -66,7 +67,7 @@ def plot_against(data: xr.Dataset, title: str = "") -> Figure:
                 re, im = one["re"].values, one["im"].values
                 gaps = np.flatnonzero(_jumps(data[over].values, re, im)) + 1
                 values, re, im = (np.insert(column.astype(float), gaps, np.nan) for column in (data[over].values, re, im))
-                look = {**line(kind).kwargs(), "linewidth": 0.7 if still else 1.4}
+                look["linewidth"] = 0.7 if still else 1.4
                 axes[0].plot(values, re, label=text, **look)
                 axes[1].plot(values, im, **look)
         axes[0].axhline(0.0, color=LIMIT.color, linewidth=0.8)
@@ -78,6 +79,16 @@ def plot_against(data: xr.Dataset, title: str = "") -> Figure:
             ax.set_ylabel(f"{'real' if quantity == 're' else 'imaginary'} part ({data[quantity].attrs['units']})")
         figure.legend(loc="outside upper left", ncols=4, frameon=False, title=title or None, alignment="left")
     return figure
+
+
+def _styles(data: xr.Dataset) -> dict[str, Line]:
+    """Each observer's own line; numbered lines where two of them would look alike."""
+    labels = [label for label, _ in _observers(data)]
+    kinds = [str(kind) for kind in data["observer_kind"].values] if "observer_kind" in data.coords else labels
+    own = [line(kind) for kind in kinds]
+    if len(set(own)) < len(own):
+        own = [line(n) for n in range(len(own))]
+    return dict(zip(labels, own, strict=True))
 
 
 def _jumps(values: np.ndarray, re: np.ndarray, im: np.ndarray) -> np.ndarray:

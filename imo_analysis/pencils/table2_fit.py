@@ -8,7 +8,8 @@ Findings, all recomputed by the functions here in rational arithmetic:
 
       s^2 + (a - j omega_hat) s + b - j c omega_hat + d (omega_hat^2 or |omega_hat|) = 0
 
-  gives all 24 printed numbers to the last digit, and the columns differ in that one factor omega_hat: d = 50 fits, and the
+  gives all 24 printed numbers to the last digit (only positive speeds are printed, so omega_hat and its magnitude cannot be
+  told apart in the baseline column), and the columns differ in that one factor omega_hat: d = 50 fits, and the
   proposed column is what a z feedback k_2 omega_hat with k_2 = 50 gives, the baseline column what k_2 alone gives.
   So the column called baseline is not an observer of the form (2)-(4) with constant gains (`table2_proofs` has the proof).
 * The printed quadratic belongs to the error dynamics ``i~' = (-a + j omega) i~ + alpha xi~ - j omega z~``,

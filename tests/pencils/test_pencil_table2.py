@@ -156,3 +156,16 @@ def test_data_set_beside_the_table() -> None:
     assert sums.values == pytest.approx(-2 * (RHO + 300.0))
     repaired = table2(machine, {"r": ("repaired", {"k_1": 300.0, "kappa": 50.0, "k_3": 100.0})})
     assert np.isnan(repaired["printed_re"]).all()  # the paper has no such observer
+
+
+def test_what_the_constants_are_where_8_is_read_as_a_matrix_equation() -> None:
+    import sympy as sp
+
+    R_s, L_m, sigma, beta, alpha = sp.symbols("R_s L_m sigma beta alpha", positive=True)
+    k_1, k_2, k_3, omega = sp.symbols("k_1 k_2 k_3 omega", real=True)
+    form = table2_proofs.invariants(table2_proofs.matrix_reading("consistent_12"))
+    assert sp.cancel(form.a - (R_s / sigma + alpha * (1 + beta * L_m) + k_1)) == 0
+    assert sp.cancel(form.D_re - (alpha * (R_s / sigma + k_3) + k_2 * omega**2)) == 0
+    assert sp.cancel(form.D_im + omega * R_s / sigma) == 0
+    expanded = table2_proofs.invariants(table2_proofs.expanded("consistent_12"))
+    assert sp.cancel(expanded.D_re - (alpha * k_3 + k_2 * omega**2)) == 0 and expanded.D_im == 0
