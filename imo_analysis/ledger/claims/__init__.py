@@ -11,4 +11,6 @@ MODULES: tuple[str, ...] = (
     "excitation",
     "simulation",
     "repairs",
+    "closed_forms",
+    "resting",
 )
