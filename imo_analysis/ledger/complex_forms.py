@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import partial
 from random import Random
 from typing import Any
 
@@ -178,7 +179,10 @@ def _z_feedback(which: str, error: Gauss, k: Any, w: Any) -> Gauss:
 
 
 def _feedback(which: str) -> Callable[..., Any]:
-    return lambda a, b, k, w: _z_feedback(which, Gauss(a, b), k, w)
+    def form(a: Any, b: Any, k: Any, w: Any) -> Gauss:
+        return _z_feedback(which, Gauss(a, b), k, w)
+
+    return form
 
 
 def _adaptive(which: str) -> Callable[..., Any]:
@@ -287,6 +291,10 @@ def _mean(of: Callable[[float], float], samples: int = 240) -> float:
     return sum(of(2 * math.pi * n / samples) for n in range(samples)) / samples
 
 
+def _moment(a: Callable[[float], complex], b: Callable[[float], complex], angle: float) -> float:
+    return (a(angle).conjugate() * b(angle)).real
+
+
 def _gram(psi: Any, depth: Any, frequency: Any, slip: Callable[[float], float], alpha: Any, beta: Any) -> Any:
     def flux(angle: float) -> complex:
         return complex(psi) * (1 + depth * math.cos(angle))
@@ -298,7 +306,7 @@ def _gram(psi: Any, depth: Any, frequency: Any, slip: Callable[[float], float], 
     def v_2(angle: float) -> complex:
         return -1j * float(beta) * flux(angle)
 
-    return tuple(_mean(lambda t, a=a, b=b: (a(t).conjugate() * b(t)).real) for a, b in ((v_1, v_1), (v_1, v_2), (v_2, v_2)))
+    return tuple(_mean(partial(_moment, a, b)) for a, b in ((v_1, v_1), (v_1, v_2), (v_2, v_2)))
 
 
 def _gram_slip(psi: Any, depth: Any, frequency: Any, slip: Any, alpha: Any, beta: Any) -> Any:

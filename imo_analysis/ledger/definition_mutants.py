@@ -50,8 +50,8 @@ class DefinitionReport:
 
     def text(self) -> str:
         """For a terminal."""
-        lines = [f"definitions: {self.tried} single-token mutants of {self.functions} functions in {self.modules} modules; "
-                 f"killed {self.killed}, equivalent {len(self.equivalent)}, survived {len(self.survived)} ({self.seconds:.1f} s)"]
+        lines = [f"definitions: {self.tried} single-token mutants of {self.functions} functions in "
+                 f"{self.modules} modules; killed {self.killed}, equivalent {len(self.equivalent)}, survived {len(self.survived)} ({self.seconds:.1f} s)"]
         lines += [f"  equivalent, proved by FLINT: {one}" for one in self.equivalent]
         lines += [f"  SURVIVED {one}" for one in self.survived]
         return "\n".join([*lines, *(f"  NO SECOND FORM for {one}" for one in self.unchecked)])

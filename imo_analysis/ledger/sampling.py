@@ -26,7 +26,8 @@ def points(setting: Setting, relations: Sequence[Relation], count: int, seed: in
     return [point for point, _ in islice(_points(setting, relations, seed, size), count)]
 
 
-def _points(setting: Setting, relations: Sequence[Relation], seed: int, size: int) -> Iterator[tuple[dict[str, Fraction], bool]]:
+def _points(setting: Setting, relations: Sequence[Relation], seed: int,
+            size: int) -> Iterator[tuple[dict[str, Fraction], bool]]:
     """Points, each with whether all relations are true there."""
     random = Random(seed)
     variables = setting.free(*relations)
@@ -39,11 +40,13 @@ def _points(setting: Setting, relations: Sequence[Relation], seed: int, size: in
     found = 0
     for attempt in range(_TRIES):
         case = setting.cases[attempt % len(setting.cases)]
-        # every other round with small numbers: hypotheses such as a < b < a + 1 are met sooner
-        largest = size if attempt // len(setting.cases) % 2 == 0 else 9
+        # every other round with small numbers and zeros: there hypotheses such as a < b < a + 1 are met sooner, and
+        # inequalities fail sooner, than where every term is at work
+        small = attempt // len(setting.cases) % 2 == 1
+        largest = 9 if small else size
         point = {}
         for name in variables:
-            value = random.randint(1, largest)
+            value = 0 if small and name not in signs and random.random() < 0.5 else random.randint(1, largest)
             negative = signs.get(name, "")[:1] == "<" or (signs.get(name, "")[:1] != ">" and random.random() < 0.5)
             point[name] = case.get(name, Fraction(-value if negative else value))
         answer = truth(setting, others if not case else hypotheses, relations, point)
@@ -75,7 +78,7 @@ def counterexample(setting: Setting, relation: Relation) -> dict[str, Fraction] 
     inequality is tried at more. Nothing rests on that: what is not refuted goes to the kernels to be proved.
     """
     hypotheses = setting.hypotheses_for(setting.free(relation))
-    tries = (2 if relation.op == "=" else 20) * len(setting.cases)
+    tries = (2 if relation.op == "=" else 60) * len(setting.cases)
     for point, answer in islice(_points(setting, [relation], 1, 97), tries):
         if not answer:
             fixed = {name for case in setting.cases for name in case}
@@ -86,12 +89,16 @@ def counterexample(setting: Setting, relation: Relation) -> dict[str, Fraction] 
 def _simpler(setting: Setting, hypotheses: Sequence[Relation], relation: Relation, point: dict[str, Fraction],
              names: Sequence[str]) -> dict[str, Fraction]:
     """The point with as many names as possible at 0, and the others at 1, -1 or 2, where the relation still fails."""
-    for simple in (0, 1, -1, 2) if len(names) == 1 else (0, 1):
-        trial = {**point, **dict.fromkeys(names, Fraction(simple))}
-        if names and truth(setting, hypotheses, [relation], trial) is False:
-            return trial
-    if len(names) > 1:
-        half = len(names) // 2
-        point = _simpler(setting, hypotheses, relation, point, names[:half])
-        return _simpler(setting, hypotheses, relation, point, names[half:])
-    return point
+    if not names:
+        return point
+    signs = {one.left.name: one.op for one in hypotheses if isinstance(one.left, Name) and one.op in (">", "<", "!=")}
+    simplest = {name: Fraction({">": 1, "!=": 1, "<": -1}.get(signs.get(name, ""), 0)) for name in names}
+    trials = [simplest] if len(names) > 1 else [{names[0]: Fraction(value)} for value in (0, 1, -1, 2)]
+    for trial in trials:
+        if truth(setting, hypotheses, [relation], {**point, **trial}) is False:
+            return {**point, **trial}
+    if len(names) == 1:
+        return point
+    half = len(names) // 2
+    point = _simpler(setting, hypotheses, relation, point, names[:half])
+    return _simpler(setting, hypotheses, relation, point, names[half:])

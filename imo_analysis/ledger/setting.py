@@ -23,7 +23,7 @@ class Setting:
         What it describes, in a sentence for the reader.
     definitions : mapping of str to Expr
         Names that stand for something: ``i_ds_tilde_dot`` for the difference of two rows, traced from the plain
-        definitions. A definition may use names defined before it. Every other name is a free real variable.
+        definitions. A definition may use others, in any order, but not itself. Every other name is a free real variable.
     hypotheses : tuple of Relation
         Signs and non-zero denominators, explicit: ``sigma > 0``, ``omega_hat != 0``.
     cases : tuple of mappings of str to Fraction
@@ -40,13 +40,7 @@ class Setting:
     units: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        known: set[str] = set()
-        for name, tree in self.definitions.items():
-            later = [used for used in free_names(tree) if used in self.definitions and used not in known]
-            if later:
-                raise InputError(f"setting {self.name}: {name} uses {later[0]} before it is defined; change the order")
-            known.add(name)
-        object.__setattr__(self, "definitions", MappingProxyType(dict(self.definitions)))
+        object.__setattr__(self, "definitions", MappingProxyType(_ordered(self.name, dict(self.definitions))))
 
     def free(self, *relations: Relation) -> list[str]:
         """The free variables under some relations, through the definitions, in order of appearance."""
@@ -104,6 +98,30 @@ class Setting:
         """This setting with more definitions and hypotheses; new cases replace the old."""
         return setting(name, text or self.text, {**self.definitions, **(definitions or {})}, (*self.hypotheses, *hypotheses),
                        self.cases if cases is None else cases, {**self.units, **(units or {})})
+
+
+def _ordered(where: str, definitions: dict[str, Expr]) -> dict[str, Expr]:
+    """The definitions, each after those that it uses.
+
+    Raises
+    ------
+    InputError
+        If one uses itself, through others or not.
+    """
+    done: dict[str, Expr] = {}
+
+    def add(name: str, path: tuple[str, ...]) -> None:
+        if name in path:
+            raise InputError(f"setting {where}: {name} is defined through itself ({' -> '.join((*path, name))})")
+        if name not in done:
+            for used in free_names(definitions[name]):
+                if used in definitions:
+                    add(used, (*path, name))
+            done[name] = definitions[name]
+
+    for name in definitions:
+        add(name, ())
+    return done
 
 
 class _Lazy(dict[str, Fraction]):

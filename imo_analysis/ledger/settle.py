@@ -164,7 +164,7 @@ def _detail(question: Question, kernels: Sequence[Kernel]) -> dict[str, Any]:
         left, right = evaluate(relation.left, values), evaluate(relation.right, values)
         names = dict.fromkeys([*free_names(relation.left), *free_names(relation.right)])
         shown = next((kernel for kernel in reversed(kernels) if isinstance(kernel, FieldKernel)), None)
-        residual = shown.residual(setting, relation) if shown else []
+        residual = shown.residual(setting, relation) if shown and relation.op == "=" else []
         return {"residual": " | ".join(dict.fromkeys(residual)),
                 "point": {name: str(value) for name, value in question.point.items()},
                 "values": {name: str(values[name]) for name in names if name not in question.point},

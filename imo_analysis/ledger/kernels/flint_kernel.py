@@ -75,6 +75,8 @@ class FlintKernel(FieldKernel):
         """The fraction in lowest terms as text, in Python syntax."""
         common = element.num.gcd(element.den)
         num, den = element.num / common, element.den / common
-        if den.is_constant():
-            return str(num / den).replace("^", "**")
+        leading = den.leading_coefficient()
+        num, den = num / leading, den / leading
+        if den.is_one():
+            return str(num).replace("^", "**")
         return f"({num})/({den})".replace("^", "**")
