@@ -37,7 +37,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--current", choices=_CURRENT, metavar="HOW", help="between samples: linear (default) or held")
     add("--direction", choices=_DIRECTION, metavar="HOW", help="measured (default if it is), estimated, forward, reverse")
     add("--gaps", choices=("stop", "bridge"), metavar="HOW", help="where samples are missing: stop (default) or bridge")
-    add("--bandwidth", type=float, metavar="RAD/S", help="of the speed loop (default: 0.4 a sample, to 4000)")
+    add("--bandwidth", type=float, metavar="RAD/S", help="of the speed loop (default: as samples and noise allow)")
     add("--gain", action="append", default=[], metavar="NAME=X", help="a gain, in place of the rule's")
     add("--initial", action="append", default=[], metavar="NAME=X", help="an estimate at the start: omega_hat=100")
     add("--after", type=float, metavar="S", help="errors count from here on (default: where they settled)")
@@ -74,7 +74,7 @@ def run(args: argparse.Namespace) -> int:
         gains={**settings.gains, **_numbers(args.gain, "--gain")},
         initial={**settings.initial, **_numbers(args.initial, "--initial")},
     )
-    _tell(args, log, found, treatment, fit, level, observers)
+    _tell(args, log, found, treatment, fit, level, observers, machine, bandwidth)
     with tempfile.TemporaryDirectory(prefix="imo_replay_") as folder:
         place = args.out or str(Path(folder) / "est.nc")
         results = _run(args, log, observers, found, machine, treatment, place)
@@ -147,9 +147,11 @@ def _observers(written: list[str]) -> list[str]:
 
 
 def _tell(
-    args: argparse.Namespace, log: Any, found: Any, treatment: Any, fit: Any, level: Any, observers: list[Any]
+    args: argparse.Namespace, log: Any, found: Any, treatment: Any, fit: Any, level: Any, observers: list[Any],
+    machine: Any, bandwidth: float | None,
 ) -> None:
     from imo_analysis.commands.output import say
+    from imo_analysis.simulation.replay_gains import default_bandwidth, speed_noise
 
     end = found.start + found.rows * found.sample_time
     say(args, f"{log.path}: {found.rows} samples at {1 / found.sample_time:.6g} Hz, {found.start:g} s to {end:.6g} s")
@@ -158,6 +160,11 @@ def _tell(
     say(args, f"  {treatment.text}")
     if found.gaps:
         say(args, f"  {found.gaps} gap(s) bridged by straight lines")
+    wide = default_bandwidth(machine, level, found.sample_time) if bandwidth is None else bandwidth
+    if level.flux > 0:
+        noise = speed_noise(machine, level, found.sample_time, wide)
+        say(args, f"  gains for a bandwidth of {wide:.4g} rad/s and a flux of {level.flux:.3g} Wb; the currents' noise of "
+                  f"{level.noise:.2g} A makes {noise:.2g} rad/s in the speed")
     turn = abs(level.stator_frequency) * found.sample_time
     if turn > 0.3:
         say(args, f"  coarse: the voltages turn by {turn:.2g} rad a sample, and straight lines between samples miss up to "

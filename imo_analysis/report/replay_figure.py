@@ -32,7 +32,7 @@ def thinned(path: str | Path) -> Any:
         return xr.Dataset(data, coords={"time": file.variables["time"][::step], "observer": names})
 
 
-def replay_figure(data: Any, title: str = "") -> Any:
+def replay_figure(data: Any) -> Any:
     """Speeds, and below them the errors where a speed was recorded.
 
     Parameters
@@ -52,12 +52,16 @@ def replay_figure(data: Any, title: str = "") -> Any:
             axes[0, 0].plot(time, data["omega"].values, label="recorded", **{**line("true").kwargs(), "linewidth": 2.2})
         largest = []
         for number, name in enumerate(data["observer"].values):
-            look = line(str(name)) if data.sizes["observer"] <= 4 else line(number)
+            look = line(str(name))
+            # a Luenberger variant has the colour and dashes of its adaptive sibling, and markers
+            marks: dict[str, Any] = {}
+            if str(name).startswith("luenberger_"):
+                marks = {"marker": look.marker, "markevery": (7 * number, max(1, len(time) // 12)), "markersize": 3.5}
             estimate = data["omega_hat"].sel(observer=name).values
-            axes[0, 0].plot(time, estimate, label=str(name), **look.kwargs())
+            axes[0, 0].plot(time, estimate, label=str(name), **look.kwargs(), **marks)
             if measured:
                 error = estimate - data["omega"].values
-                axes[1, 0].plot(time, error, **{**look.kwargs(), "linewidth": 0.9})
+                axes[1, 0].plot(time, error, **{**look.kwargs(), "linewidth": 0.9}, **marks)
                 settled = np.abs(error[len(error) // 4 :])
                 if np.isfinite(settled).all():
                     largest.append(float(settled.max()))
@@ -65,7 +69,7 @@ def replay_figure(data: Any, title: str = "") -> Any:
         if measured:
             axes[1, 0].set_ylabel(r"$\hat\omega - \omega$ (rad/s)")
             if largest and max(largest) > 0:
-                axes[1, 0].set_ylim(-2 * max(largest), 2 * max(largest))
+                axes[1, 0].set_ylim(-1.3 * max(largest), 1.3 * max(largest))
         axes[-1, 0].set_xlabel("time (s)")
-        legend_above(axes[0, 0])
+        legend_above(axes[0, 0], ncols=3 if data.sizes["observer"] > 3 else 4)
     return figure

@@ -134,7 +134,7 @@ def _estimated_speed(u: np.ndarray, i: np.ndarray, T: float, machine: InductionM
     now = level(u, i, T, machine)
     if now.flux <= 0:
         return np.full(len(u), np.nan)
-    gains = default_gains("repaired", machine, now.flux, abs(now.stator_frequency), default_bandwidth(T))
+    gains = default_gains("repaired", machine, now, default_bandwidth(machine, now, T))
     x = np.array([i[0].real, i[0].imag, i[0].real, i[0].imag, i[0].real, i[0].imag, machine.alpha, 0.0])
     steps = np.full(len(u) - 1, T)
     out = np.full((len(u), len(x)), np.nan)

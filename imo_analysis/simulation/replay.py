@@ -171,11 +171,11 @@ def runners(
     for name in names:
         if name not in OBSERVERS:
             raise InputError(f"observer = {name!r} is not known; choose from: {', '.join(OBSERVERS)}")
-        wide = default_bandwidth(survey.sample_time) if bandwidth is None else bandwidth
+        wide = default_bandwidth(machine, level, survey.sample_time) if bandwidth is None else bandwidth
         mine = {key: value for key, value in (gains or {}).items() if len(names) == 1 or key in OBSERVERS[name].gains}
         chosen = {}
         if not mine.keys() >= set(OBSERVERS[name].gains):
-            chosen = default_gains(name, machine, level.flux, abs(level.stator_frequency), wide)
+            chosen = default_gains(name, machine, level, wide)
         start = {key: value for key, value in begin.items() if key in OBSERVERS[name].states}
         start |= {key: value for key, value in (initial or {}).items() if len(names) == 1 or key in OBSERVERS[name].states}
         made.append(Runner(name, machine, treatment, {**chosen, **mine}, start, survey.sample_time))

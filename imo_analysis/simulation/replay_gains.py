@@ -5,8 +5,13 @@ With the flux as it is, the errors of current and speed of every observer obey, 
     i_tilde' = -(k_1 + R_s/sigma) i_tilde + beta |phi| omega_tilde,      omega_tilde' = -K_p beta |phi| i_tilde,
 
 a second-order system of natural frequency ``bandwidth`` = beta |phi| sqrt(K_p) and damping 0.7. A speed that changes at a
-constant rate is followed with the lag 1.4 / bandwidth, so the bandwidth is taken as high as the samples allow: 0.4 rad a
-sample, and at most 4000 rad/s, above which currents tell more of slots and noise than of the speed. The z and xi loops are a
+constant rate is followed with the lag 1.4 / bandwidth. White noise of deviation n on the currents, sampled every T, makes
+
+    sqrt(bandwidth^3 n^2 T / 2.8) / (beta |phi|)
+
+of noise in the speed. So the bandwidth is taken as high as samples and noise allow: 0.4 rad a sample, at most 4000 rad/s
+(above, currents tell more of slots than of the speed), and with no more noise in the speed than 0.2 % of the stator
+frequency. The z and xi loops are a
 tenth as fast as the current loop (z decays at 0.1 omega, xi at 0.1 alpha); alpha is adapted a thousand times more gently than
 the speed, since one record seldom has the excitation that tells them apart.
 """
@@ -18,22 +23,31 @@ import math
 from imo_analysis.equations.catalogue import OBSERVERS
 from imo_analysis.errors import InputError
 from imo_analysis.machine import InductionMachine
+from imo_analysis.simulation.log_check import Level
 
 RADIANS_A_SAMPLE = 0.4
-HIGHEST_BANDWIDTH = 4000.0
+LOWEST_BANDWIDTH, HIGHEST_BANDWIDTH = 50.0, 4000.0
+NOISE_SHARE = 2e-3
 DAMPING = 0.7
 FLUX_LOOPS = 0.1
 ALPHA_SHARE = 1e-3
 
 
-def default_bandwidth(sample_time: float) -> float:
+def default_bandwidth(machine: InductionMachine, level: Level, sample_time: float) -> float:
     """The bandwidth of the rule in rad/s."""
-    return min(RADIANS_A_SAMPLE / sample_time, HIGHEST_BANDWIDTH)
+    wide = min(RADIANS_A_SAMPLE / sample_time, HIGHEST_BANDWIDTH)
+    if level.noise > 0:
+        allowed = NOISE_SHARE * abs(level.stator_frequency) * machine.beta * level.flux
+        wide = min(wide, math.cbrt(4 * DAMPING * (allowed / level.noise) ** 2 / sample_time))
+    return max(wide, LOWEST_BANDWIDTH)
 
 
-def default_gains(
-    kind: str, machine: InductionMachine, flux: float, stator_frequency: float, bandwidth: float
-) -> dict[str, float]:
+def speed_noise(machine: InductionMachine, level: Level, sample_time: float, bandwidth: float) -> float:
+    """Deviation of the noise that the currents' makes in the speed, in rad/s."""
+    return math.sqrt(bandwidth**3 * sample_time / (4 * DAMPING)) * level.noise / (machine.beta * level.flux)
+
+
+def default_gains(kind: str, machine: InductionMachine, level: Level, bandwidth: float) -> dict[str, float]:
     """Gains of an observer by the rule of this module.
 
     Parameters
@@ -42,10 +56,8 @@ def default_gains(
         Name in the catalogue.
     machine : InductionMachine
         As the observer believes it to be.
-    flux : float
-        Rotor flux of the record in Wb.
-    stator_frequency : float
-        Of the record in rad/s; turns kappa into the k_2 that is multiplied by omega_hat.
+    level : Level
+        Of the record; its stator frequency turns kappa into the k_2 that is multiplied by omega_hat.
     bandwidth : float
         Natural frequency of the speed loop in rad/s, see `default_bandwidth`.
 
@@ -56,14 +68,15 @@ def default_gains(
     """
     if not (math.isfinite(bandwidth) and bandwidth > 0):
         raise InputError(f"bandwidth = {bandwidth:g} rad/s must be above 0 rad/s")
-    if not (math.isfinite(flux) and flux > 0):
-        raise InputError(f"flux = {flux:g} Wb must be above 0 Wb to choose gains; give all gains with --gain")
+    if not (math.isfinite(level.flux) and level.flux > 0):
+        raise InputError(f"flux = {level.flux:g} Wb must be above 0 Wb to choose gains; give all gains with --gain")
     natural_decay = machine.R_s / machine.sigma
     k_1 = max(2 * DAMPING * bandwidth - natural_decay, 0.0)
-    K_p = (bandwidth / (machine.beta * flux)) ** 2
+    K_p = (bandwidth / (machine.beta * level.flux)) ** 2
     loop = FLUX_LOOPS * (k_1 + natural_decay)
+    k_2 = loop / max(abs(level.stator_frequency), 1.0)
     values = {
-        "k_1": k_1, "kappa": loop, "k_2": loop / max(stator_frequency, 1.0), "k_3": loop, "K_p": K_p, "g": ALPHA_SHARE * K_p,
+        "k_1": k_1, "kappa": loop, "k_2": k_2, "k_3": loop, "K_p": K_p, "g": ALPHA_SHARE * K_p,
         "alpha_l": machine.alpha / 2, "delta": machine.alpha / 10, "l_1": k_1, "l_2": 0.0, "l_3": 0.0, "l_4": 0.0, "h": K_p,
     }
     return {name: values[name] for name in OBSERVERS[kind].gains}

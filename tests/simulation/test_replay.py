@@ -13,13 +13,13 @@ from replay_records import HEADER, IMMEC_MACHINE, TABLE, held_voltage, immec, st
 
 from imo_analysis.equations.catalogue import OBSERVERS
 from imo_analysis.errors import InputError
-from imo_analysis.simulation.log_check import fit, flying_start, level
+from imo_analysis.simulation.log_check import Level, current_noise, fit, flying_start, level
 from imo_analysis.simulation.log_mistakes import check
 from imo_analysis.simulation.log_survey import survey
 from imo_analysis.simulation.logs import Log
 from imo_analysis.simulation.replay import Treatment, collect, estimate, provenance, runners
 from imo_analysis.simulation.replay_file import write_estimates
-from imo_analysis.simulation.replay_gains import default_bandwidth, default_gains
+from imo_analysis.simulation.replay_gains import default_bandwidth, default_gains, speed_noise
 from imo_analysis.simulation.replay_summary import Tally
 
 
@@ -82,6 +82,13 @@ def test_a_slow_observer_lags_as_the_rule_says():
         error(replayed(immec(), IMMEC_MACHINE, bandwidth=b)[0], "repaired", 0.3).mean() for b in (4000.0, 1000.0)
     )
     assert slow < 3 * fast < 0
+
+
+def test_what_limits_the_accuracy_is_the_slots_not_the_observer():
+    """A voltage model reaches 0.06 rad/s over 1 ms. So does the observer, once its lag is out of the way."""
+    data, _, _ = replayed(immec(), IMMEC_MACHINE, bandwidth=20e3)
+    found = error(data, "repaired", 0.15)
+    assert np.convolve(found, np.ones(11) / 11, "valid").std() < 0.065 < 0.1 < found.std() < 0.13
 
 
 def test_the_level_of_the_third_party_record():
@@ -265,7 +272,7 @@ def test_nothing_is_said_where_nothing_turns(folder):
     assert check(found.stretch, found, TABLE) is None
     with pytest.raises(InputError, match="give all gains"):
         prepared(folder / "dc.csv", TABLE)
-    gains = default_gains("repaired", TABLE, 0.5, 100.0, 1000.0)
+    gains = default_gains("repaired", TABLE, Level(100.0, 0.5), 1000.0)
     data, _, _ = replayed(folder / "dc.csv", TABLE, gains=gains)
     assert np.isfinite(data.omega_hat.values).all()
 
@@ -274,11 +281,30 @@ def test_nothing_is_said_where_nothing_turns(folder):
 def test_the_rule_gives_the_loop_it_promises():
     m = TABLE
     for rate, wide in ((1e3, 400.0), (1e4, 4000.0), (1e6, 4000.0)):
-        assert default_bandwidth(1 / rate) == wide
-        gains = default_gains("repaired", m, 0.5, 200.0, wide)
+        assert default_bandwidth(m, Level(200.0, 0.5), 1 / rate) == wide
+        gains = default_gains("repaired", m, Level(200.0, 0.5), wide)
         loop = np.array([[-(gains["k_1"] + m.R_s / m.sigma), m.beta * 0.5], [-gains["K_p"] * m.beta * 0.5, 0]])
         poles = np.linalg.eigvals(loop)
         assert np.allclose(np.abs(poles), wide) and np.allclose(-poles.real / np.abs(poles), 0.7)
+
+
+def test_noise_is_measured_and_its_way_into_the_speed_is_as_the_rule_says(folder):
+    """The deviation of the estimate with noise about that without, against the formula of the gains' module."""
+    rows = steady(2.0)
+    noisy = rows.copy()
+    noisy[:, 3:5] += 0.05 * np.random.default_rng(7).standard_normal((len(rows), 2))
+    i = noisy[:, 3] + 1j * noisy[:, 4]
+    assert current_noise(rows[:, 3] + 1j * rows[:, 4]) < 1e-4
+    assert current_noise(i) == pytest.approx(0.05, rel=0.03)
+    path = write(folder / "noisy.csv", noisy)
+    _, found, (runner,) = prepared(path, TABLE)
+    stretch = found.stretch
+    now = level(stretch.u_ds + 1j * stretch.u_qs, stretch.i_ds + 1j * stretch.i_qs, 1e-4, TABLE)
+    wide = default_bandwidth(TABLE, now, 1e-4)
+    assert wide < 4000 and runner.gains["K_p"] == pytest.approx((wide / TABLE.beta / now.flux) ** 2)
+    assert speed_noise(TABLE, now, 1e-4, wide) == pytest.approx(2e-3 * 205, rel=0.02)
+    spread = error(replayed(path, TABLE, ["baseline"])[0], "baseline", 0.5).std()
+    assert spread == pytest.approx(speed_noise(TABLE, now, 1e-4, wide), rel=0.25)
 
 
 @pytest.mark.parametrize(("more", "words"), [
