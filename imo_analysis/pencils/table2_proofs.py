@@ -86,6 +86,7 @@ class Invariants:
     c_0: Any
 
 
+@cache
 def invariants(matrix: Any) -> Invariants:
     """The invariants of a symbolic real matrix with four poles, or with six of which two are zero for all values."""
     *_, c_3, c_2, c_1, c_0 = _nonzero_coefficients(matrix)
@@ -94,7 +95,8 @@ def invariants(matrix: Any) -> Invariants:
     return Invariants(*(sp.cancel(e) for e in (a, D_re, (2 * a * D_re - c_1) / (2 * _OMEGA), c_0)))
 
 
-def _nonzero_coefficients(matrix: Any) -> list[Any]:
+@cache
+def _nonzero_coefficients(matrix: Any) -> tuple[Any, ...]:
     """Coefficients of the characteristic polynomial, highest first, after dividing by the powers of s that it holds."""
     from sympy.polys.matrices import DomainMatrix
 
@@ -104,16 +106,17 @@ def _nonzero_coefficients(matrix: Any) -> list[Any]:
         coefficients.pop()
     if len(coefficients) != 5:
         raise AssertionError(f"{len(coefficients) - 1} poles that are not zero for all values, and Table II has 4")
-    return coefficients
+    return tuple(coefficients)
 
 
 def expanded(name: str) -> Any:
     """The frozen-speed error matrix of an observer of the catalogue."""
     derived = jacobian(name, "frozen")
     n = len(derived.states)
-    return derived.matrix[:n, :n]
+    return derived.matrix[:n, :n].as_immutable()
 
 
+@cache
 def matrix_reading(name: str) -> Any:
     """A(omega_hat) - L C of an observer of (7) or (8), with the estimated current in every place where it has the current.
 
@@ -136,23 +139,24 @@ def matrix_reading(name: str) -> Any:
     A = sp.Matrix([[sp.diff(free[r], estimate[c]) for c in kept] for r in kept])
     L = sp.Matrix([[sp.diff(fed[r] - unfed[r], e) for e in innovation] for r in kept])
     A[:, :2] -= L
-    return A
+    return A.as_immutable()
 
 
+@cache
 def baseline_any_gain() -> Any:
     """A'(omega) - L C' of (2)-(3), with all eight entries of the real 4x2 gain L free."""
     x = sp.symbols("i_ds i_qs phi_dr phi_qr", real=True)
     rates = plant.plant((*x, _OMEGA), (0, 0), 0, 0, (*_SYMBOLS.values(), 0, 0, 1))[:4]
     A = sp.Matrix([[sp.diff(rate, symbol) for symbol in x] for rate in rates])
     A[:, :2] -= sp.Matrix(4, 2, sp.symbols("L_11 L_12 L_21 L_22 L_31 L_32 L_41 L_42", real=True))
-    return A
+    return A.as_immutable()
 
 
 def error_12_as_printed() -> Any:
     """The linear part of (12) with the sign that it prints in its second row: -omega i_ds_tilde for +omega i_ds_tilde."""
-    A = expanded("consistent_12").copy()
+    A = expanded("consistent_12").as_mutable()
     A[1, 0] = -A[1, 0]
-    return A
+    return A.as_immutable()
 
 
 def _same(one: Any, other: Any) -> bool:
