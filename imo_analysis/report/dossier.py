@@ -99,13 +99,13 @@ def _compute(
     from imo_analysis.report.chapters.simulations import simulations_chapter
     from imo_analysis.report.chapters.theorem import theorem_chapter
     from imo_analysis.report.chapters.verdicts import first_screen
+    from imo_analysis.report.checks import beside, collect
     from imo_analysis.report.identifiability import identifiability
     from imo_analysis.report.page import Html, page
     from imo_analysis.report.pencils import pencils
-    from imo_analysis.report.proofs import beside, collect
     from imo_analysis.report.scenarios import divergences, run_scenario, scenario_names
 
-    with beside(work / "table2-proofs.json") as worker:
+    with beside(work / "checks.json") as worker:
         note("ledger: settling every claim by sympy and FLINT")
         entries = settle_all(("sympy", "flint"))
         _write_json(work / "ledger.json", entries)
@@ -115,16 +115,16 @@ def _compute(
         poles = pencils(study, work, runs)
         lost = divergences(study, note)
         scenarios = [run_scenario(study, name, work, note, runs) for name in scenario_names(study)]
-        note("pencils: waiting for the proofs on Table II")
-        proved = collect(worker, work / "table2-proofs.json")
+        note("waiting for the seeded faults and the proofs on Table II")
+        proved = collect(worker, work / "checks.json")
     note("writing the page")
     (work / "study.toml").write_text(study.to_toml(), encoding="utf-8")
     files = [("index.html", "this page"), ("ledger.json", "every entry of the ledger"), ("study.toml", "the study, whole"),
-             *poles.files, ("table2-proofs.json", "why no printed form gives Table II")]
+             *poles.files, ("checks.json", "seeded faults, and why no printed form gives Table II")]
     files += [one for scenario in scenarios for one in scenario.files]
     found = [*poles.found, *findings(study, scenarios)]
     chapters = [
-        ledger_chapter(entries), notation_chapter(), machine_chapter(study.machine), theorem_chapter(entries),
+        ledger_chapter(entries, proved), notation_chapter(), machine_chapter(study.machine), theorem_chapter(entries),
         pencils_chapter(poles, proved), simulations_chapter(study, scenarios, lost),
         excitation_chapter(_judged(scenarios), possible), reproduce_chapter(study, files),
     ]

@@ -48,7 +48,7 @@ def identifiability(study: Study, folder: Path) -> Identifiability:
     figures = [
         keep(folder, "identifiability-plane", rasterized(plot_speed_torque(constant, modulated)),
              "Smallest standard deviation that an unbiased estimate of speed or alpha can have (the Cramér-Rao bound), over "
-             "speed and torque. Above: one unknown at a time, constant flux. Below: both unknown, which needs the flux to move."),
+             "speed and torque. Above: one unknown at a time, constant flux. Below: both unknown, with the flux in motion."),
         keep(folder, "identifiability-modulation", rasterized(plot_modulation(swing)),
              f"The same bounds at {omega:g} rad/s without load, over depth and frequency of a flux modulation."),
     ]

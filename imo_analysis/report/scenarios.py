@@ -112,7 +112,7 @@ def run_scenario(study: Study, name: str, folder: Path, note: Callable[[str], No
     figures.append(keep(folder, f"{label}-flux", _figures().flux_error_figure(run, observers),
                          "Length of the error of the estimated rotor flux, relative to the flux."))
     note(f"{label}: excitation")
-    judged = list(_excitation(run, chosen, label, folder, [*adaptive[:1], "plant"]))
+    judged = list(_excitation(run, chosen, label, folder, adaptive[:1] or ["plant"]))
     command = f"imo simulate study.toml --scenario {name} --out {label}.nc" if name else "imo simulate study.toml --out run.nc"
     return Scenario(label, chosen.title, command, figures, windows, _resting(run, chosen), judged, files)
 

@@ -156,7 +156,7 @@ def svg_text(figure: Figure) -> str:
     """The figure as SVG text, the same bytes for the same data: no date, a fixed salt for the ids."""
     buffer = io.StringIO()
     with style():
-        figure.savefig(buffer, format="svg", dpi=200, metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
+        figure.savefig(buffer, format="svg", dpi=130, metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
     return _PATH.sub(lambda path: _LONG.sub(_short, path[0]), buffer.getvalue())
 
 

@@ -40,8 +40,8 @@ def _possible(possible: Identifiability) -> list[Html]:
         prose(
             r"""
 Whatever the observer: the measured currents of (1) tell the unknowns apart near a motion when a matrix of derivatives along
-that motion has full rank. The ranks below are computed in exact arithmetic on random rational motions of each kind (a full rank is
-proved by it; a deficit holds but for an unlucky draw). Speed and alpha together are lost in every steady state: only a flux
+that motion has full rank. The ranks below are computed in exact arithmetic on random rational motions of each kind (a full rank
+is proved by it; a deficit holds but for an unlucky draw). Speed and alpha together are lost in every steady state: only a flux
 magnitude that changes, or a slip that does, separates them.
 """
         ),

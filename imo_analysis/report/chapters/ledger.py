@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from itertools import groupby, zip_longest
+from typing import Any
 
 from imo_analysis.ledger.claim import Entry, Finding, Verdict
 from imo_analysis.ledger.expression import parse_relation
@@ -57,8 +58,15 @@ def label(entry: Entry) -> str:
     return f"{number} {part}" if part and number.startswith(("(", "Table")) and part not in number else number
 
 
-def ledger_chapter(entries: Sequence[Entry]) -> Chapter:
-    """All entries in the paper's order, each collapsed to a line."""
+def ledger_chapter(entries: Sequence[Entry], checks: dict[str, Any]) -> Chapter:
+    """All entries in the paper's order, each collapsed to a line.
+
+    Parameters
+    ----------
+    entries : sequence of Entry
+    checks : dict
+        From `imo_analysis.report.checks.checks`.
+    """
     counts = Counter(entry.verdict for entry in entries)
     kernels = sorted({kernel for entry in entries for kernel in entry.kernels})
     faults = sum(not entry.ok for entry in entries)
@@ -75,11 +83,34 @@ the correction, the assumptions, and the evidence. An identity is settled by exa
 numbers that you can put in by hand, an inequality by a sum of squares. Where evidence is numerical it says so. {agreement}
 """
             ),
+            *_faults(checks),
             _tools(counts, len(entries)),
             *(entry_html(entry, entries) for entry in entries),
         ]
     )
     return Chapter("ledger", "Claims and findings", "What the paper claims, and what was found", body)
+
+
+def _faults(checks: dict[str, Any]) -> list[Html]:
+    """What became of seeded faults: a check that cannot fail shows nothing."""
+    claims, code = checks["mutants"], checks["definition_mutants"]
+    rejected = ", ".join(f"{number} rejected by {kernel}" for kernel, number in claims["rejected"].items())
+    missed = [*claims["missed"], *code["survived"], *(f"no second form: {name}" for name in code["unchecked"])]
+    parts = [
+        prose(
+            f"""
+Every check was also given faults to find. Each sign, coefficient, exponent, index, hat and tilde of {claims["claims"]} true
+formulas was changed in turn: {claims["tried"]} tried, {rejected}, {len(claims["equivalent"])} equal to the original (proved),
+{len(claims["missed"])} missed. Each token of the {code["functions"]} definitions that are simulated was changed in turn
+against a second, complex form: {code["tried"]} tried, {code["killed"]} found, {len(code["equivalent"])} equal,
+{len(code["survived"])} missed. The command is `imo derive --mutants all`; `--kernel all` adds Coq.
+"""
+        )
+    ]
+    if missed:
+        head = tag("summary", f"{len(missed)} that were not found")
+        parts.append(tag("details", head, _list(map(inline, missed)), class_="more"))
+    return parts
 
 
 def _tools(counts: Counter[Verdict | None], total: int) -> Html:

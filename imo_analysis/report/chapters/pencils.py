@@ -21,7 +21,7 @@ def pencils_chapter(poles: PoleResult, proofs: dict[str, Any]) -> Chapter:
     ----------
     poles : PoleResult
     proofs : dict
-        From `imo_analysis.report.proofs.proofs`.
+        From `imo_analysis.report.checks.checks`.
     """
     body = join(
         [

@@ -1,6 +1,6 @@
-"""The slow proofs on Table II as plain data, made by a process of their own beside the simulations.
+"""The slow checks as plain data, made by a process of their own beside the simulations: mutants, and proofs on Table II.
 
-    python -m imo_analysis.report.proofs FILE.json
+    python -m imo_analysis.report.checks FILE.json
 """
 
 from __future__ import annotations
@@ -14,20 +14,27 @@ from pathlib import Path
 from typing import Any
 
 
-def proofs() -> dict[str, Any]:
-    """What `imo_analysis.pencils.table2_constants` and `table2_proofs` prove, in plain data.
+def checks() -> dict[str, Any]:
+    """What seeded faults show of the ledger and the definitions, and what is proved on Table II.
 
     Returns
     -------
     dict
-        ``constants``: name, unit, low and high of the values that give all 24 printed numbers. ``refutations``: form, source,
-        column, what is forced, what the printed digits give by speed, the values of alpha, and whether it is proved.
+        ``mutants``: claims, tried, rejected (by kernel), equivalent and missed (texts). ``definition_mutants``: modules,
+        functions, tried, killed, equivalent, survived and unchecked (texts). ``constants``: name, unit, low and high of the
+        values that give all 24 printed numbers. ``refutations``: form, source, column, what is forced, what the printed digits
+        give by speed, the values of alpha, and whether it is proved.
     """
+    from imo_analysis.ledger.book import claims
+    from imo_analysis.ledger.definition_mutants import try_definitions
+    from imo_analysis.ledger.mutants import try_mutants
     from imo_analysis.pencils.table2_constants import UNITS, ranges
     from imo_analysis.pencils.table2_proofs import refutations
 
     return {
-        "schema": "imo-table2-proofs/1",
+        "schema": "imo-report-checks/1",
+        "mutants": try_mutants(claims(), ("flint",)).to_dict(),
+        "definition_mutants": try_definitions().to_dict(),
         "constants": [
             {"name": one.name, "unit": UNITS[one.name], "low": float(one.outer.low), "high": float(one.outer.high)}
             for one in ranges()
@@ -45,8 +52,8 @@ def proofs() -> dict[str, Any]:
 
 @contextmanager
 def beside(path: Path) -> Iterator[subprocess.Popen[bytes]]:
-    """Start the proofs in another process, which ends with the block whatever happens in it."""
-    worker = subprocess.Popen([sys.executable, "-m", "imo_analysis.report.proofs", str(path)], stdin=subprocess.DEVNULL,
+    """Start the checks in another process, which ends with the block whatever happens in it."""
+    worker = subprocess.Popen([sys.executable, "-m", "imo_analysis.report.checks", str(path)], stdin=subprocess.DEVNULL,
                               stderr=subprocess.PIPE, start_new_session=True)
     try:
         yield worker
@@ -56,7 +63,7 @@ def beside(path: Path) -> Iterator[subprocess.Popen[bytes]]:
 
 
 def collect(worker: subprocess.Popen[bytes], path: Path) -> dict[str, Any]:
-    """Wait for the proofs and read them.
+    """Wait for the checks and read them.
 
     Raises
     ------
@@ -66,10 +73,10 @@ def collect(worker: subprocess.Popen[bytes], path: Path) -> dict[str, Any]:
     said = worker.stderr.read() if worker.stderr else b""
     worker.wait()
     if worker.returncode != 0:
-        raise RuntimeError(f"the proofs on Table II failed: {said.decode(errors='replace').strip()[-2000:]}")
+        raise RuntimeError(f"the checks failed: {said.decode(errors='replace').strip()[-2000:]}")
     found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     return found
 
 
 if __name__ == "__main__":
-    Path(sys.argv[1]).write_text(json.dumps(proofs(), indent=1) + "\n", encoding="utf-8")
+    Path(sys.argv[1]).write_text(json.dumps(checks(), indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
