@@ -109,7 +109,6 @@ def pole_sweep(
     neutral = np.arange(roots.shape[1]) >= tracked.branches.shape[1]
     damping = np.divide(-roots.real, size, out=np.zeros_like(size), where=size > 0)
     dims = (over, "branch")
-    unit = symbol("omega").unit if over == "omega" else unit_of(over)
     return xr.Dataset(
         {
             "re": (dims, roots.real, {"units": "1/s", "long_name": "pole, real part", "latex": r"\mathrm{Re}\,s"}),
@@ -119,7 +118,7 @@ def pole_sweep(
                                         "latex": r"\zeta"}),
         },
         coords={
-            over: (over, points, {"units": unit, "long_name": _long_name(over), "latex": _latex(over)}),
+            over: (over, points, described(over)),
             "branch": np.arange(1, roots.shape[1] + 1),
             "neutral": ("branch", neutral),
         },
@@ -140,18 +139,14 @@ def checked(values: Sequence[float] | np.ndarray, name: str) -> np.ndarray:
     return points
 
 
-def unit_of(name: str) -> str:
-    """The unit of anything that can be swept."""
-    return {"flux": "Wb", "slip": "rad/s", "omega": "rad/s"}.get(name) or symbol(name).unit
-
-
-def _long_name(name: str) -> str:
-    own = {"flux": "magnitude of the rotor flux", "omega": "electrical speed"}
-    return own.get(name) or symbol(name).meaning
-
-
-def _latex(name: str) -> str:
-    return r"|\phi_r|" if name == "flux" else (r"\hat{\omega}" if name == "omega" else symbol(name).latex)
+def described(name: str) -> dict[str, str]:
+    """Unit, meaning and LaTeX of anything that can be swept, as attributes."""
+    own = {
+        "flux": ("Wb", "magnitude of the rotor flux", r"|\phi_r|"),
+        "omega": ("rad/s", "electrical speed", r"\hat{\omega}"),
+    }
+    unit, meaning, latex = own.get(name) or (symbol(name).unit, symbol(name).meaning, symbol(name).latex)
+    return {"units": unit, "long_name": meaning, "latex": latex}
 
 
 def _gain_text(observer: str, gains: Gains) -> str:
@@ -175,9 +170,16 @@ class Poles:
 
 
 def evaluator(
-    machine: InductionMachine, observer: str, gains: Gains, over: str, point: OperatingPoint | None, kind: Kind
+    machine: InductionMachine,
+    observer: str,
+    gains: Gains,
+    over: str | tuple[str, ...],
+    point: OperatingPoint | None,
+    kind: Kind,
 ) -> Poles:
     """The poles as functions of the swept parameter; arguments as in `pole_sweep`.
+
+    With a tuple of names for ``over`` the functions take a tuple of arrays that broadcast.
 
     The adaptive observers have poles that no gain moves: at zero at frozen speed; at zero and at plus and minus j times the
     stator frequency in the frame of the flux. Near one of them an eigenvalue solver mixes it with a pole that crosses the
@@ -192,28 +194,35 @@ def evaluator(
     swept = {"omega", *known_observer(observer).gains, *PARAMETERS, "R_r", "L_s", "L_r"}
     if kind == "full":
         swept |= {"slip", "flux"}
-    if over not in swept:
-        known = ", ".join(sorted(swept))
-        raise InputError(f"over = {over!r} is not a parameter of {observer} ({kind}); choose one of: {known}")
+    names = over if isinstance(over, tuple) else (over,)
+    for name in names:
+        if name not in swept:
+            known = ", ".join(sorted(swept))
+            raise InputError(f"over = {name!r} is not a parameter of {observer} ({kind}); choose one of: {known}")
     fixed = point
     n = len(derived.states)
 
+    def arrays(values: Any) -> dict[str, np.ndarray]:
+        given = values if isinstance(over, tuple) else (values,)
+        return {name: np.asarray(value, dtype=float) for name, value in zip(names, given, strict=True)}
+
+    def shape(values: Any) -> tuple[int, ...]:
+        return np.broadcast_shapes(*(array.shape for array in arrays(values).values()))
+
     def matrices(values: Any) -> np.ndarray:
-        at = np.asarray(values, dtype=float)
-        found = derived.system_matrix(arguments(derived, machine, gains, fixed, {over: at}))
-        return np.broadcast_to(found, (*at.shape, n, n))
+        found = derived.system_matrix(arguments(derived, machine, gains, fixed, arrays(values)))
+        return np.broadcast_to(found, (*shape(values), n, n))
 
     if kind == "frozen":
         rank = structural_rank(observer)
         return Poles(
             lambda values: poles_of_rank(matrices(values), rank),
-            lambda values: np.zeros((*np.shape(values), n - rank), dtype=complex),
+            lambda values: np.zeros((*shape(values), n - rank), dtype=complex),
         )
 
     def targets(values: Any) -> np.ndarray:
-        at = np.asarray(values, dtype=float)
-        changed = replace(fixed, **({over: at} if over in ("omega", "slip") else {}))
-        frame = np.broadcast_to(np.asarray(changed.omega + changed.slip, dtype=float), at.shape)
+        changed = replace(fixed, **{name: at for name, at in arrays(values).items() if name in ("omega", "slip")})
+        frame = np.broadcast_to(np.asarray(changed.omega + changed.slip, dtype=float), shape(values))
         return np.stack([np.zeros_like(frame), frame, -frame], axis=-1) * 1j
 
     count = 3 if "xi_1_tilde" in derived.states else 0
