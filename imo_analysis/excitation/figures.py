@@ -52,3 +52,31 @@ def _draw(axis: Any, result: xr.Dataset, name: str) -> None:
     axis.set_ylabel("eigenvalue (1)")
     axis.set_title(f"{CONDITIONS[name].title}: {result.attrs['observer']}, T = {result.attrs['window']:g} s", pad=18)
     style.legend_above(axis, ncols=count + 2, handlelength=1.6, columnspacing=0.9)
+
+
+def plot_resting(data: xr.Dataset) -> Any:
+    """alpha_hat beside its prediction, and the error of the reconstructed flux.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+        From `imo_analysis.excitation.resting.explain`.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure, (top, bottom) = style.new_figure(2, 1, width=7.2, height=4.6, sharex=True, gridspec_kw={"height_ratios": [2, 1]})
+    with style.style():
+        simulated, predicted, truth = style.line(data.attrs["observer"]), style.LINES[1], style.TRUTH
+        name = data.attrs["observer"]
+        top.plot(data["time"], data["alpha_hat"], **simulated.kwargs(), label=rf"$\hat\alpha$ simulated, {name}")
+        top.plot(data["late"], data["predicted"], **predicted.kwargs(), label=r"$\hat\alpha$ predicted from the motion")
+        top.plot(data["step_time"], data["step_alpha_hat"], "D", ms=5, mfc="white", mec="black", zorder=5,
+                 label="predicted from the study alone")
+        top.axhline(data.attrs["alpha"], color=truth.color, lw=0.9, linestyle=(0, (1, 1.5)), label=r"true $\alpha$")
+        top.set_ylabel(r"$\hat\alpha$ (1/s)")
+        style.legend_above(top, ncols=2)
+        bottom.semilogy(data["time"], np.maximum(data["flux_error"], 1e-9), **simulated.kwargs())
+        bottom.set(xlabel="time (s)", ylabel="flux error (Wb)")
+    return figure
