@@ -50,9 +50,14 @@ def _simulated(study: Any) -> Any:
     from tqdm import tqdm
 
     simulation = study.simulation
-    with tqdm(total=simulation.duration, unit="s", unit_scale=False, desc=study.title[:24], leave=False, delay=0.5,
+    with tqdm(total=simulation.duration, desc="starting (the first run of its kind compiles)", leave=False,
               bar_format="{desc} {percentage:3.0f}% |{bar}| {n:.0f} of {total:.0f} s, {remaining} left") as bar:
-        return simulate_labelled(study, lambda samples: bar.update(samples * simulation.sample_time))
+
+        def advance(samples: int) -> None:
+            bar.set_description(study.title[:32], refresh=False)
+            bar.update(samples * simulation.sample_time)
+
+        return simulate_labelled(study, advance)
 
 
 def _write(args: argparse.Namespace, study: Any, data: Any, fault: str | None) -> None:
