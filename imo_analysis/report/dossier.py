@@ -126,7 +126,7 @@ def _compute(
     chapters = [
         ledger_chapter(entries, proved), notation_chapter(), machine_chapter(study.machine), theorem_chapter(entries),
         pencils_chapter(poles, proved), simulations_chapter(study, scenarios, lost),
-        excitation_chapter(_judged(scenarios), possible), reproduce_chapter(study, files),
+        excitation_chapter(_judged(scenarios), scenarios, possible), reproduce_chapter(study, files),
     ]
     title = f"imo report: {study.title}"
     footer = Html("Made by <code>imo report</code>. Formulas are set in a subset of STIX Math (SIL Open Font License 1.1).")

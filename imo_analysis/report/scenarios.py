@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from imo_analysis.equations.catalogue import OBSERVERS
 from imo_analysis.errors import Diverged
+from imo_analysis.report.drift import DriftRow, drift_figure, drift_rows, explanations
 from imo_analysis.report.metrics import Resting, StepResponse, resting, step_responses
 from imo_analysis.study import Study
 
@@ -61,6 +62,8 @@ class Scenario:
     windows: list[WindowResult]
     resting: list[Resting]
     excitation: list[ExcitationResult]
+    drift: list[DriftRow]
+    drift_figure: Drawn | None
     files: list[tuple[str, str]] = field(default_factory=list)
 
 
@@ -112,9 +115,13 @@ def run_scenario(study: Study, name: str, folder: Path, note: Callable[[str], No
     figures.append(keep(folder, f"{label}-flux", _figures().flux_error_figure(run, observers),
                          "Length of the error of the estimated rotor flux, relative to the flux."))
     note(f"{label}: excitation")
+    explained = explanations(run, chosen, adaptive)
+    drawn = keep(folder, f"{label}-drift", drift_figure(explained),
+                 f"{chosen.title}: where alpha_hat goes, simulated and predicted.") if explained else None
     judged = list(_excitation(run, chosen, label, folder, adaptive[:1] or ["plant"]))
     command = f"imo simulate study.toml --scenario {name} --out {label}.nc" if name else "imo simulate study.toml --out run.nc"
-    return Scenario(label, chosen.title, command, figures, windows, _resting(run, chosen), judged, files)
+    return Scenario(label, chosen.title, command, figures, windows, _resting(run, chosen), judged,
+                    drift_rows(explained, chosen), drawn, files)
 
 
 def _figures() -> Any:

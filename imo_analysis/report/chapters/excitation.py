@@ -6,13 +6,15 @@ from collections.abc import Sequence
 
 from imo_analysis.excitation.conditions import CONDITIONS
 from imo_analysis.report.identifiability import Identifiability, RankRow
-from imo_analysis.report.page import Chapter, Html, figure, join, prose, table, tag
-from imo_analysis.report.scenarios import ExcitationResult
+from imo_analysis.report.page import Chapter, Html, figure, formula, join, prose, table, tag
+from imo_analysis.report.scenarios import ExcitationResult, Scenario
 from imo_analysis.report.words import typeset
 
 
-def excitation_chapter(results: Sequence[ExcitationResult], possible: Identifiability) -> Chapter:
-    """Verdicts along the runs, with eigenvalues and lost directions, and what is possible at all."""
+def excitation_chapter(
+    results: Sequence[ExcitationResult], scenarios: Sequence[Scenario], possible: Identifiability
+) -> Chapter:
+    """Verdicts along the runs, with eigenvalues and lost directions; where alpha_hat ends; what is possible at all."""
     body = join(
         [
             prose(
@@ -28,10 +30,44 @@ threshold. The scaling and the threshold stand with each result.
             ),
             _overview(results),
             *(_result(result) for result in results),
+            *_drift(scenarios),
             *_possible(possible),
         ]
     )
     return Chapter("excitation", "Excitation", "Excitation and identifiability", body)
+
+
+def _drift(scenarios: Sequence[Scenario]) -> list[Html]:
+    explained = [scenario for scenario in scenarios if scenario.drift]
+    if not explained:
+        return []
+    rows = [
+        (scenario.title, tag("code", row.observer), f"{row.time:g} s: {row.before:g} to {row.after:g}", f"{row.from_study:.3f}",
+         f"{row.from_motion:.3f}", f"{row.simulated:.3f}")
+        for scenario in explained for row in scenario.drift
+    ]
+    head = ("run", "observer", "step (rad/s)", "predicted from the study", "predicted from the motion", "simulated")
+    drawn = explained[-1].drift_figure
+    return [
+        tag("h3", "Why the estimate of alpha stops where it does"),
+        prose(
+            r"""
+On a family of states all measured errors vanish although alpha and speed are wrong. While the flux builds up, its magnitude
+moves, alpha is identifiable, and $\hat{\alpha}$ comes near the truth. From then on the flux is constant, and $\hat{\alpha}$ can only
+slide along the family, in step with the speed estimate: $d\hat{\alpha} = \frac{g}{K_p} \frac{\omega_{sl}}{\alpha}
+d\hat{\omega}$. Slip is torque, so without load every change of speed, up or down, raises it by
+"""
+        ),
+        formula(r"\Delta\hat{\alpha} = \frac{g}{K_p} \frac{L_m}{\mu \psi^{2}} \int \dot{\omega}^{2} \, dt ,"),
+        prose(
+            r"""
+with $\psi$ the flux. That number follows from the study before anything is simulated (current limit, speed loop, inertia,
+gains), and again from the motion of the machine without a look at the observer. The paper reads 10.5 off its Fig. 4.
+"""
+        ),
+        table(head, rows, r"$\hat{\alpha}$ after each step, in 1/s", (3, 4, 5)),
+        *([figure(drawn.svg, drawn.caption, drawn.caption, drawn.file)] if drawn else []),
+    ]
 
 
 def _possible(possible: Identifiability) -> list[Html]:

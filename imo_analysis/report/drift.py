@@ -1,0 +1,94 @@
+"""Where alpha_hat ends, predicted and simulated: data, table rows and figure of one run."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from imo_analysis.errors import InputError
+from imo_analysis.report.style import LIMIT, TRUTH, in_style, legend_above, line, new_figure
+from imo_analysis.study import Study
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True)
+class DriftRow:
+    """alpha_hat after one change of the speed reference.
+
+    Attributes
+    ----------
+    observer : str
+    time, before, after : float
+        When (s), from and to which electrical speed (rad/s).
+    from_study : float
+        Predicted from the study alone, before any simulation, in 1/s.
+    from_motion : float
+        Predicted from the motion of the machine since the flux is constant, without looking at the observer, in 1/s.
+    simulated : float
+        In the run, just before the next change or at its end, in 1/s.
+    """
+
+    observer: str
+    time: float
+    before: float
+    after: float
+    from_study: float
+    from_motion: float
+    simulated: float
+
+
+def explanations(run: xr.Dataset, study: Study, observers: list[str]) -> dict[str, xr.Dataset]:
+    """`imo_analysis.excitation.resting.explain` for each adaptive observer; empty where the study is of another kind."""
+    from imo_analysis.excitation.resting import explain
+
+    if len(study.reference.time) < 2:
+        return {}
+    start = 0.5 * study.reference.time[1]
+    found = {}
+    for name in observers:
+        try:
+            found[name] = explain(run, study, name, start)
+        except InputError:  # ramps, a load that changes, or a modulated flux: there is no closed form to show
+            return {}
+    return found
+
+
+def drift_rows(explained: dict[str, xr.Dataset], study: Study) -> list[DriftRow]:
+    """One row an observer and change of speed."""
+    times, speeds = study.reference.time, study.reference.omega
+    rows = []
+    for name, data in explained.items():
+        end = float(data["time"].values[-1])
+        for number, time in enumerate(times[1:], start=1):
+            if time >= end:
+                continue
+            last = min(end, times[number + 1]) if number + 1 < len(times) else end
+            at = last - study.simulation.sample_time
+            moved, seen = data["predicted"].sel(late=at, method="nearest"), data["alpha_hat"].sel(time=at, method="nearest")
+            predicted = data["step_alpha_hat"].values[number - 1]
+            rows.append(DriftRow(name, time, speeds[number - 1], speeds[number], float(predicted), float(moved), float(seen)))
+    return rows
+
+
+@in_style
+def drift_figure(explained: dict[str, xr.Dataset]) -> Figure:
+    """alpha_hat of each observer, what the motion predicts for it, and what the study alone predicts after each step."""
+    figure, all_axes = new_figure(len(explained), 1, height=0.6 + 2.3 * len(explained), sharex=True, squeeze=False)
+    for axes, (name, data) in zip(all_axes[:, 0], explained.items(), strict=True):
+        step = max(1, data.sizes["time"] // 1400)
+        thin = data.isel(time=slice(None, None, step), late=slice(None, None, step))
+        start = data.attrs["start"]
+        whole = thin.sel(time=slice(0.1 * start, None))
+        axes.plot(whole["time"], whole["alpha_hat"], label=f"{name}, simulated", **line(name).kwargs())
+        axes.plot(thin["late"], thin["predicted"], color=TRUTH.color, linestyle=(0, (1, 2)), linewidth=1.8,
+                  label="predicted from the motion")
+        axes.plot(data["step_time"], data["step_alpha_hat"], "kx", markersize=7, label="predicted from the study alone")
+        axes.axhline(data.attrs["alpha"], color=LIMIT.color, linestyle=LIMIT.linestyle, linewidth=1.0, label="true value")
+        axes.set_ylabel(r"$\hat{\alpha}$ (1/s)")
+        axes.margins(x=0.01)
+        legend_above(axes, ncols=4, columnspacing=1.2)
+    all_axes[-1, 0].set_xlabel("time (s)")
+    return figure
