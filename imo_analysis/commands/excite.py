@@ -25,7 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--threshold", type=float, default=1e-4, metavar="X",
                         help="an eigenvalue below X times the largest is lost (default 1e-4)")
     parser.add_argument("--plot", metavar="FILE", help="write the eigenvalues over time as SVG (of the first observer)")
-    parser.add_argument("--out", metavar="FILE", help="write eigenvalues, vectors and instants as NetCDF")
+    parser.add_argument("--out", metavar="FILE", help="write eigenvalues, vectors and instants as NetCDF, one file an observer")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -83,5 +83,5 @@ def _write(args: argparse.Namespace, results: list[Any], observers: list[str]) -
     if args.out:
         from imo_analysis.excitation.trajectory import save
 
-        save(dict(zip(observers, results, strict=True)), args.out)
-        say(args, f"wrote {args.out}")
+        for path in save(dict(zip(observers, results, strict=True)), args.out):
+            say(args, f"wrote {path}")

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -275,11 +276,17 @@ def _labelled(track: _Track, level: dict[float, float]) -> xr.Dataset:
     return data
 
 
-def save(results: dict[str, xr.Dataset], path: str) -> None:
-    """Write results as NetCDF: one alone at the root, several as groups under their observers' names."""
+def save(results: dict[str, xr.Dataset], path: str) -> list[str]:
+    """Write results as NetCDF, one file an observer: ``path``, or ``stem-OBSERVER.nc`` for several. Returns the names."""
     from imo_analysis.files import replacing
+    from imo_analysis.simulation.runfile import write_netcdf
 
-    with replacing(path) as beside:
-        for number, (name, result) in enumerate(results.items()):
-            result.to_netcdf(beside, mode="w" if number == 0 else "a", engine="h5netcdf",
-                             group=name if len(results) > 1 else None)
+    place = Path(path)
+    written = []
+    for name, result in results.items():
+        target = place if len(results) == 1 else place.with_name(f"{place.stem}-{name}{place.suffix}")
+        flags = {v: result[v].astype("int8").assign_attrs(result[v].attrs) for v in result if result[v].dtype == bool}
+        with replacing(target) as beside:
+            write_netcdf(result.assign(flags), beside)  # NetCDF has no truth values
+        written.append(str(target))
+    return written

@@ -203,3 +203,16 @@ def test_the_reduced_rows_are_those_of_the_observer():
     for row, rate in zip(rows, rates[:2], strict=True):
         assert sympy.expand(sympy.diff(rate, al) - row[2]) == 0
         assert sympy.expand(sympy.diff(rate, om) - row[3]) == 0
+
+
+@pytest.mark.slow
+def test_a_minute_at_10_khz_takes_under_a_second():
+    import time
+
+    source = of(motion(duration=60.0, modulation=0.05))
+    best = math.inf
+    for _ in range(3):
+        begin = time.process_time()
+        excitation(source)
+        best = min(best, time.process_time() - begin)
+    assert best < 1.0
