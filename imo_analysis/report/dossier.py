@@ -157,7 +157,8 @@ def findings(study: Study, scenarios: Sequence[Scenario]) -> list[str]:
     if estimates:
         values = ", ".join(f"{one.alpha_hat:.4g} /s (`{one.observer}`, flux error {100 * one.flux_error:.2g} %)"
                            for one in estimates)
-        found.append(f"{last.title}: alpha_hat ends at {values}; the machine has {study.machine.alpha:.5g} /s.")
+        before = f" Predicted from the study, before simulating: {last.drift[-1].from_study:.4g} /s." if last.drift else ""
+        found.append(f"{last.title}: alpha_hat ends at {values}; the machine has {study.machine.alpha:.5g} /s.{before}")
     for result in last.excitation:
         for name, one in result.summary["conditions"].items():
             lost = one["lost"][0] if one["lost"] else None

@@ -109,15 +109,18 @@ def run_scenario(study: Study, name: str, folder: Path, note: Callable[[str], No
         figures.append(keep(folder, f"{label}-window{number}", _figures().speed_figure(run, span), caption))
         windows.append(WindowResult(window.title, window.start, window.stop, step_responses(run, span)))
     adaptive = [one for one in observers if "alpha_hat" in OBSERVERS[chosen.observers[one].kind].states]
-    if adaptive:
+    explained = explanations(run, chosen, adaptive)
+    drawn = None
+    if explained:
+        drawn = keep(folder, f"{label}-alpha", drift_figure(explained),
+                     f"{chosen.title}: the estimate of alpha, simulated and predicted (explained in the chapter on excitation).")
+        figures.append(drawn)
+    elif adaptive:
         figures.append(keep(folder, f"{label}-alpha", _figures().alpha_figure(run, chosen.machine.alpha, {}, adaptive),
-                             r"Estimate of alpha, with the true value, and the speed below it."))
+                            "Estimate of alpha, with the true value, and the speed below it."))
     figures.append(keep(folder, f"{label}-flux", _figures().flux_error_figure(run, observers),
                          "Length of the error of the estimated rotor flux, relative to the flux."))
     note(f"{label}: excitation")
-    explained = explanations(run, chosen, adaptive)
-    drawn = keep(folder, f"{label}-drift", drift_figure(explained),
-                 f"{chosen.title}: where alpha_hat goes, simulated and predicted.") if explained else None
     judged = list(_excitation(run, chosen, label, folder, adaptive[:1] or ["plant"]))
     command = f"imo simulate study.toml --scenario {name} --out {label}.nc" if name else "imo simulate study.toml --out run.nc"
     return Scenario(label, chosen.title, command, figures, windows, _resting(run, chosen), judged,

@@ -53,8 +53,8 @@ def _drift(scenarios: Sequence[Scenario]) -> list[Html]:
         prose(
             r"""
 On a family of states all measured errors vanish although alpha and speed are wrong. While the flux builds up, its magnitude
-moves, alpha is identifiable, and $\hat{\alpha}$ comes near the truth. From then on the flux is constant, and $\hat{\alpha}$ can only
-slide along the family, in step with the speed estimate: $d\hat{\alpha} = \frac{g}{K_p} \frac{\omega_{sl}}{\alpha}
+moves, alpha is identifiable, and $\hat{\alpha}$ comes near the truth. From then on the flux is constant, and $\hat{\alpha}$ can
+only slide along the family, in step with the speed estimate: $d\hat{\alpha} = \frac{g}{K_p} \frac{\omega_{sl}}{\alpha}
 d\hat{\omega}$. Slip is torque, so without load every change of speed, up or down, raises it by
 """
         ),
