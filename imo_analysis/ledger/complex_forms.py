@@ -336,6 +336,24 @@ def _information_arguments(random: Random) -> tuple[Any, ...]:
     return psi, beta, frequency, duration, math.cos(frequency * duration)
 
 
+def _balance(alpha_hat: Any, omega_hat: Any, xi: Any, z: Any, slip: Any, alpha: Any, gains: Any) -> Any:
+    g, K_p, k_3, kappa_s = gains
+    ratio = slip / alpha
+    return (alpha_hat / g - ratio * omega_hat / K_p) - (_square(*xi) / k_3 - ratio * _square(*z) / kappa_s) / 2
+
+
+def _step(step: Any, bandwidth: Any, limit: Any) -> Any:
+    """Full acceleration until the error is limit/bandwidth, then its decay, over u = exp(-bandwidth t) by trapezes."""
+    ramp = limit**2 * (step / limit - 1 / bandwidth)
+    trapezes = sum((Fraction(n, 8) + Fraction(n + 1, 8)) / 16 for n in range(8))
+    return ramp + limit**2 / bandwidth * trapezes
+
+
+def _rest(alpha_hat: Any, z: Any, omega: Any, slip: Any, alpha: Any) -> Any:
+    omega_hat = omega + slip * (1 - alpha_hat / alpha)
+    return omega_hat, J * omega_hat * Gauss(*z) / alpha_hat
+
+
 _OBSERVER = (8, 2, 2, 0, 5, 7)
 _SEVEN = (5, 2, 2, 0, 5, 3)
 _ROWS = (2, 2, 2, 2, 0, 0, 0, 0)
@@ -384,6 +402,12 @@ FORMS: tuple[Form, ...] = (
     Form("excitation", "printed_19", _ROWS,
          _regressor(lambda v_1, v_2, alpha, omega: [*_six(v_1, v_2, alpha, omega)[:5], v_2.conjugate()])),
     Form("excitation", "reduced", _ROWS, _regressor(lambda v_1, v_2, alpha, omega: [Gauss(1), J, v_1, v_2])),
+    Form("drift", "balance", (0, 0, 2, 2, 0, 0, 4), _balance),
+    Form("drift", "drift_rate", (0,) * 4, lambda slip, alpha, g, K_p: slip / alpha / (K_p / g)),
+    Form("drift", "drift_of_acceleration", (0,) * 7,
+         lambda square, load, psi, L_m, mu, g, K_p: g * L_m * (square + load) / (K_p * mu * psi**2)),
+    Form("drift", "square_integral_of_step", (0, 0, 0), _step),
+    Form("drift", "rest", (0, 2, 0, 0, 0), _rest),
     Form("steady_state", "current_of_flux", (0,) * 5,
          lambda psi, rate, slip, alpha, L_m: (Gauss(rate, slip * psi) / alpha + psi) / L_m),
     Form("steady_state", "regressors_of_flux", (0,) * 5,

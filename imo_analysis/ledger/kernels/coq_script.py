@@ -65,6 +65,7 @@ Ltac prepare :=
   | H : ?x >= 0 |- context [Rabs ?x] => rewrite (Rabs_pos_eq x (Rge_le _ _ H))
   | H : ?x < 0 |- context [Rabs ?x] => rewrite (Rabs_left1 x (Rlt_le _ _ H))
   | H : ?x > 0 |- context [Rabs ?x] => rewrite (Rabs_pos_eq x (Rlt_le _ _ H))
+  | |- context [Rabs ?x] => first [ rewrite (Rabs_pos_eq x) by ge | rewrite (Rabs_left1 x) by le ]
   end;
   unfold Rabs in *;
   repeat match goal with |- context [Rcase_abs ?x] => destruct (Rcase_abs x) end;

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
-from typing import Any
+from typing import Any, cast
 
 import flint
 
+from imo_analysis.ledger.expression import Expr, evaluate
 from imo_analysis.ledger.kernels.field_kernel import FieldKernel
 
 
@@ -62,6 +63,10 @@ class FlintKernel(FieldKernel):
             {name: Quotient(gen, one) for name, gen in zip(names, context.gens(), strict=False)},
             lambda v: Quotient(context.constant(flint.fmpq(v.numerator, v.denominator)), one),
         )
+
+    def value(self, tree: Expr, generators: Mapping[str, Any], constant: Callable[[Fraction], Any]) -> Quotient:
+        """A tree in a field made by `field`."""
+        return cast(Quotient, evaluate(tree, generators, constant))
 
     def equal(self, left: Quotient, right: Quotient) -> bool:
         """Cross multiplication; the denominators are not zero by construction."""

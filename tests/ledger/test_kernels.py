@@ -1,0 +1,67 @@
+"""Each kernel confirms what is true, and refuses what is not: wrong identities, wrong certificates, wrong counterexamples."""
+
+from fractions import Fraction
+
+import pytest
+
+from imo_analysis.ledger.expression import parse, parse_relation
+from imo_analysis.ledger.kernels import NAMES, kernel
+from imo_analysis.ledger.question import Question, Square
+from imo_analysis.ledger.setting import setting
+
+WHERE = setting(
+    "where", "a test", {"w": parse("x/(y**2 + 1)"), "v": parse("abs(s)*w"), "leak": parse("(a*b - m*m)/b")},
+    ["y > 0", "x >= 0", "k != 0", "b > 0", "leak > 0", "n < 0"], [{"s": 1}, {"s": -1}], {})
+
+
+def _question(name: str, relation: str, kind: str = "identity", squares: tuple = (), point: dict | None = None) -> Question:
+    return Question(name, WHERE, parse_relation(relation), kind, squares=[Square(parse(a), parse(b)) for a, b in squares],
+                    point=point and {key: Fraction(value) for key, value in point.items()})
+
+
+TRUE = [
+    _question("cancels", "v*k/k = w"),
+    _question("absolute_by_hypothesis", "x*abs(y)**2/y - x*y = 0"),
+    _question("absolute_of_a_negative", "abs(n) = -n"),
+    _question("absolute_of_a_product", "abs(x*y) = x*y"),
+    _question("through_a_definition", "1/leak = b/(a*b - m**2)"),
+    _question("negative_power", "k**-2*k = 1/k"),
+    _question("squares", "-x*k**2/(y + 1) - y**3*w**2 <= 0", "squares", (("x/(y + 1)", "k"), ("y**3", "w"))),
+    _question("negative_weights_cancel", "k**2*n/y <= 0", "squares", (("-n/y", "k"),)),
+    _question("two_negatives", "0 <= x*m**2*n/(n*y)", "squares", (("x*n/(n*y)", "m"),)),
+    _question("empty_sum", "x <= x", "squares"),
+    _question("other_way_round", "m**2 >= 0", "squares", (("1", "m"),)),
+    _question("differs", "v = 2*w", "counterexample", point={"x": 3, "y": Fraction(1, 2), "s": -1}),
+    _question("not_below", "k*m <= m", "counterexample", point={"k": 2, "m": 1}),
+]
+FALSE = [
+    _question("factor", "v = 2*w"),
+    _question("sign", "abs(n) = n"),
+    _question("no_certificate", "m**2 >= 0", "squares"),
+    _question("certificate_of_something_else", "-x*k**2/(y + 1) <= 0", "squares", (("x/(y + 2)", "k"),)),
+    _question("weight_of_unknown_sign", "-z*k**2/(y + 1) <= 0", "squares", (("z/(y + 1)", "k"),)),
+    _question("true_at_the_point", "v = w", "counterexample", point={"x": 3, "y": Fraction(1, 2), "s": -1}),
+    _question("point_outside_the_hypotheses", "v = 2*w", "counterexample", point={"x": -3, "y": 1, "s": -1}),
+    _question("point_outside_the_cases", "v = 3*w", "counterexample", point={"x": 3, "y": 1, "s": 2}),
+]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_kernel_confirms_the_true_and_refuses_the_false(name: str) -> None:
+    answers = dict(zip([q.id for q in (*TRUE, *FALSE)], kernel(name).answer([*TRUE, *FALSE]), strict=True))
+    assert answers == {**{q.id: True for q in TRUE}, **{q.id: False for q in FALSE}}
+
+
+@pytest.mark.parametrize("name", ["sympy", "flint"])
+def test_residual_is_the_difference_in_lowest_terms(name: str) -> None:
+    plain = setting("plain", "", {"c": parse("a/b")})
+    shown = kernel(name).residual(plain, parse_relation("2*c + a*b/b**2 = a/b"))  # type: ignore[attr-defined]
+    assert shown in (["(2*a)/(b)"], ["2*a/b"], ["(2*a)/b"])
+
+
+def test_coqc_missing_is_said_with_the_cure(monkeypatch: pytest.MonkeyPatch) -> None:
+    from imo_analysis.errors import InputError
+
+    monkeypatch.setenv("PATH", "/nowhere")
+    with pytest.raises(InputError, match="apt install coq"):
+        kernel("coq")
