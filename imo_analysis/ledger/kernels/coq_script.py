@@ -23,9 +23,15 @@ Ltac zero_quotient :=
   | H : ?a / _ > 0 |- False => replace a with 0 in H by lra; unfold Rdiv in H; rewrite Rmult_0_l in H; lra
   | H : ?a / _ <> 0 |- False => apply H; replace a with 0 by lra; unfold Rdiv; apply Rmult_0_l
   end.
+Ltac plainly_not_zero := first [ assumption | lra | nra ].
+Ltac not_zero_through_a_definition :=
+  intro; match goal with
+  | H : _ <> 0 |- False => solve [ apply H; field_simplify_eq; [ lra | repeat split; plainly_not_zero ] ]
+  end.
 Ltac away_from_zero :=
   first [ assumption | lra | zero_quotient | nra
-        | intro; match goal with H : _ <> _ |- False => solve [ apply H; lra | apply H; nra ] end ].
+        | intro; match goal with H : _ <> _ |- False => solve [ apply H; lra | apply H; nra ] end
+        | not_zero_through_a_definition ].
 Ltac by_field := field; repeat split; away_from_zero.
 
 (* signs of weights: by hypotheses, through sums, products and quotients *)
