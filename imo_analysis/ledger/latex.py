@@ -6,6 +6,7 @@ from imo_analysis.errors import InputError
 from imo_analysis.ledger.expression import Expr, Name, Number, Op, Relation
 from imo_analysis.notation import symbol
 
+_GREEK = ("psi", "phi", "xi", "rho", "kappa", "lambda", "theta", "tau", "zeta", "eta")
 _SIGNS = {"=": "=", "<=": r"\le", ">=": r"\ge", "<": "<", ">": ">", "!=": r"\ne"}
 
 
@@ -14,8 +15,12 @@ def name_latex(name: str) -> str:
     try:
         return symbol(name).latex
     except InputError:
+        for suffix, accent in (("_dot", r"\dot"), ("_hat", r"\hat"), ("_tilde", r"\tilde")):
+            if name.endswith(suffix):
+                head, mark, rest = name_latex(name.removesuffix(suffix)).partition("_")
+                return f"{accent}{{{head}}}{mark}{rest}"
         head, _, rest = name.partition("_")
-        head = head if len(head) == 1 else rf"\mathrm{{{head}}}"
+        head = head if len(head) == 1 else rf"\{head}" if head in _GREEK else rf"\mathrm{{{head}}}"
         return f"{head}_{{{rest.replace('_', ',')}}}" if rest else head
 
 

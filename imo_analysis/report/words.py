@@ -57,3 +57,9 @@ def _latex(name: str) -> str:
     if base in ("rho", "xi", "kappa") and index.isdigit():
         return f"\\{base}_{{{index}}}"
     return ""
+
+
+def unit(written: str) -> str:
+    """A unit as people write it: 1/(kg m²), Ω; a dash for a pure number."""
+    raised = re.sub(r"\^(-?\d)", lambda power: power[1].replace("-", "⁻")[:-1] + _DIGITS[int(power[1][-1])], written)
+    return "–" if written == "1" else raised.replace("ohm", "Ω")

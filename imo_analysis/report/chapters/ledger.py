@@ -21,6 +21,7 @@ WORDS = {
     Verdict.FAILS: ("fails", "fails", "false, with an exact counterexample"),
     Verdict.OPEN: ("open", "not determined", "the text does not say enough to tell"),
 }
+_KERNELS = {"sympy": "sympy", "flint": "FLINT", "coq": "Coq"}
 _UNSETTLED = ("open", "not settled", "the checks do not settle it")
 
 
@@ -68,10 +69,10 @@ def ledger_chapter(entries: Sequence[Entry], checks: dict[str, Any]) -> Chapter:
         From `imo_analysis.report.checks.checks`.
     """
     counts = Counter(entry.verdict for entry in entries)
-    kernels = sorted({kernel for entry in entries for kernel in entry.kernels})
+    kernels = sorted({_KERNELS.get(kernel, kernel) for entry in entries for kernel in entry.kernels})
     faults = sum(not entry.ok for entry in entries)
-    agreement = f"The kernels used here are {' and '.join(kernels)}; " + (
-        "they agree on every claim." if not faults else f"{faults} entries carry an error of the tool and must not be trusted."
+    agreement = f"The kernels here are {' and '.join(kernels)}; " + (
+        "they agree on every claim." if not faults else f"{faults} entries carry an error of the tool: do not trust them."
     )
     body = join(
         [
@@ -94,7 +95,7 @@ numbers that you can put in by hand, an inequality by a sum of squares. Where ev
 def _faults(checks: dict[str, Any]) -> list[Html]:
     """What became of seeded faults: a check that cannot fail shows nothing."""
     claims, code = checks["mutants"], checks["definition_mutants"]
-    rejected = ", ".join(f"{number} rejected by {kernel}" for kernel, number in claims["rejected"].items())
+    rejected = ", ".join(f"{number} rejected by {_KERNELS.get(kernel, kernel)}" for kernel, number in claims["rejected"].items())
     missed = [*claims["missed"], *code["survived"], *(f"no second form: {name}" for name in code["unchecked"])]
     parts = [
         prose(

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from imo_analysis.machine import PRESETS, InductionMachine
 from imo_analysis.notation import symbol
-from imo_analysis.report.page import Chapter, answer, join, prose, table, tag
+from imo_analysis.report.page import Chapter, Html, answer, join, prose, table, tag
+from imo_analysis.report.words import typeset, unit
 
 _GIVEN = ("n_p", "R_s", "R_r", "L_m", "L_s", "L_r", "J", "B")
 _DERIVED = ("sigma", "alpha", "beta", "gamma", "mu")
@@ -19,18 +20,15 @@ def machine_chapter(machine: InductionMachine) -> Chapter:
 
     def rows(names: tuple[str, ...]) -> list[tuple[object, ...]]:
         return [
-            (f"${symbol(name).latex}$", symbol(name).unit.replace("ohm", "Ω"), symbol(name).meaning,
+            (f"${symbol(name).latex}$", unit(symbol(name).unit), typeset(symbol(name).meaning),
              *(f"{getattr(one, name):.5g}" for one in columns.values()))
             for name in names
         ]
 
     body = join(
         [
-            prose(
-                f"""
-The study's machine is "{machine.name}". Source: {machine.source or "not given"}.
-"""
-            ),
+            tag("p", Html("The study's machine is "), tag("code", machine.name), Html(". Source: "),
+                typeset(machine.source or "not given"), Html(".")),
             table(head, rows(_GIVEN), "Parameters", numeric),
             table(head, rows(_DERIVED), "What follows from them", numeric),
             tag("h3", "The two readings of alpha"),

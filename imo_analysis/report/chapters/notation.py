@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from imo_analysis.notation import SYMBOLS
-from imo_analysis.report.page import Chapter, Html, join, prose, table, tag
+from imo_analysis.report.page import Chapter, join, prose, table, tag
+from imo_analysis.report.words import typeset, unit
 
 
 def notation_chapter() -> Chapter:
     """Table I of the paper, with the symbols that this project adds."""
     rows = [
-        (f"${entry.latex}$", tag("code", entry.name), _unit(entry.unit), entry.meaning, entry.source)
+        (f"${entry.latex}$", tag("code", entry.name), unit(entry.unit), typeset(entry.meaning), entry.source)
         for entry in SYMBOLS.values()
     ]
     body = join(
@@ -27,16 +28,3 @@ last): `alpha_hat_dot` is $\dot{\hat{\alpha}}$. "Ours" marks a symbol that the p
         ]
     )
     return Chapter("notation", "Notation", "Notation", body)
-
-
-_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-
-
-def _unit(unit: str) -> Html:
-    """A unit as people write it: 1/(kg m^2) with a raised exponent."""
-    pieces = unit.split("^")
-    written = pieces[0]
-    for piece in pieces[1:]:
-        digits = len(piece) - len(piece.lstrip("-0123456789"))
-        written += piece[:digits].translate(_RAISED) + piece[digits:]
-    return tag("span", "–" if unit == "1" else written.replace("ohm", "Ω"))

@@ -11,7 +11,7 @@ import numpy as np
 from imo_analysis.report.page import Chapter, Html, answer, figure, formula, join, number, prose, table, tag
 from imo_analysis.report.pencils import PoleResult, moving
 from imo_analysis.report.style import line
-from imo_analysis.report.words import typeset
+from imo_analysis.report.words import typeset, unit
 
 
 def pencils_chapter(poles: PoleResult, proofs: dict[str, Any]) -> Chapter:
@@ -102,7 +102,7 @@ numbers to the last printed digit, and the two columns differ in one factor only
                 r"\text{(proposed)}, \qquad s^{2} + (a - \mathrm{j}\hat{\omega})\, s + b - \mathrm{j} c\, \hat{\omega} + "
                 r"d\, |\hat{\omega}| = 0 \quad \text{(baseline)}"),
         table(("constant", "unit", "at least", "at most"),
-              [(f"${name}$", one["unit"], f"{one['low']:.7g}", f"{one['high']:.7g}") for name, one in constants.items()],
+              [(f"${name}$", unit(one["unit"]), f"{one['low']:.7g}", f"{one['high']:.7g}") for name, one in constants.items()],
               "No other values give the printed digits", (2, 3)),
         answer(
             f"No matrix that the paper prints gives Table II with Table III's machine, for any real gains: {len(forms)} forms "

@@ -39,7 +39,11 @@ def _expanded(links: Sequence[str], entries: Sequence[Entry]) -> list[str]:
             if entry.claim.id == link or entry.claim.id.startswith(f"{link}.")]
 
 
-_RESULTS = ("Proposition", "Lemma", "Table II")
+_RESULTS = ("Proposition", "Lemma")
+
+
+def _is_result(entry: Entry) -> bool:
+    return entry.claim.item.startswith(_RESULTS) or entry.claim.item == "Table II"
 
 
 @dataclass(frozen=True)
@@ -52,13 +56,13 @@ class Headline:
 
 def results(entries: Sequence[Entry]) -> list[Headline]:
     """The paper's results, lemma, propositions and Table II, that do not hold as printed."""
-    return _grouped([entry for entry in _wrong(entries) if entry.claim.item.startswith(_RESULTS)], reach(entries))
+    return _grouped([entry for entry in _wrong(entries) if _is_result(entry)], reach(entries))
 
 
 def causes(entries: Sequence[Entry], shown: int = SHOWN) -> list[Headline]:
     """The other entries that do not hold, those first with which most falls."""
     weight = reach(entries)
-    others = [entry for entry in _wrong(entries) if not entry.claim.item.startswith(_RESULTS)]
+    others = [entry for entry in _wrong(entries) if not _is_result(entry)]
     grouped = _grouped(others, weight)
     grouped.sort(key=lambda one: (-one.reached, one.entries[0].verdict is not Verdict.FAILS))
     return grouped[:shown]
@@ -96,7 +100,7 @@ def first_screen(study: Study, entries: Sequence[Entry], found: Sequence[str]) -
         [
             tag("p", "An audit by machine", class_="soft"),
             tag("h1", "What holds in an adaptive Luenberger observer for speed-sensorless induction machines"),
-            tag("p", f"The paper: {PAPER} (MERL TR2018-090).", class_="soft"),
+            tag("p", f"The paper: {PAPER}.", class_="soft"),
             tag("p", inline(
                 "Every equation, table and claim of the paper was transcribed, derived again and judged by exact arithmetic: "
                 f"{len(entries)} entries, of which {ours} are repairs of ours. The same definitions were then linearised and "
