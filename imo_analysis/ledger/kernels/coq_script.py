@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 
-from imo_analysis.ledger.expression import Expr, Name, Number, Op, Relation
+from imo_analysis.ledger.expression import Expr, Name, Number, Op, Relation, walk
 from imo_analysis.ledger.question import Question
 
 HEADER = """\
@@ -58,6 +58,7 @@ with lt := first [ lra | solve [ unfold Rdiv; lazymatch goal with
   | |- _ * _ < 0 => first [ solve [ apply product_lt_left; [ lt | gt ] ] | solve [ apply product_lt_right; [ gt | lt ] ] ]
   | |- / _ < 0 => apply Rinv_lt_0_compat; lt
   | |- - _ < 0 => apply Ropp_lt_gt_0_contravar; red; gt end ] ].
+Ltac sum_not_zero := first [ assumption | lra | nra | apply Rgt_not_eq; gt | apply Rlt_not_eq; lt ].
 Ltac not_negative := first [ ge | nra ].
 
 (* cases, definitions, absolute values *)
@@ -154,19 +155,42 @@ def _proof(question: Question) -> str:
     bound = " ".join(coq_name(name) for name in [*variables, *used])
     quantified = f"forall {bound} : R,\n" if bound else ""
     statement = quantified + "".join(f"  {one} ->\n" for one in premises) + f"  {_relation(relation)}"
+    # while defined names are still names, sums in denominators are easily seen not to be zero; afterwards they are not
+    sums = _sums_below([*(tree for one in trees for tree in (one.left, one.right)), *(setting.definitions[name] for name in used)])
+    facts = "".join(f"try assert ({coq_text(one)} <> 0) by sum_not_zero. " for one in sums)
     if question.kind == "identity":
-        proof = "prepare; by_field."
+        proof = f"{'intros. ' if facts else ''}{facts}prepare; by_field."
     else:
         small, large = (relation.left, relation.right) if relation.op == "<=" else (relation.right, relation.left)
         terms = [f"{coq_text(s.weight)} * {coq_text(s.base)} ^ 2" for s in question.squares]
         total = " + ".join(terms) or "0"
         proof = (
-            f"\n  intros.\n  assert (H_sum : {coq_text(large)} - {coq_text(small)} = {total}) by (prepare; by_field).\n"
+            f"\n  intros. {facts}\n  assert (H_sum : {coq_text(large)} - {coq_text(small)} = {total}) by (prepare; by_field).\n"
             + "".join(f"  assert (H_{n} : 0 <= {term}) by (apply Rmult_le_pos; [ prepare; not_negative | apply pow2_ge_0 ]).\n"
                       for n, term in enumerate(terms))
             + f"  assert (0 <= {total}) by (repeat apply Rplus_le_le_0_compat; solve [ assumption | apply Rle_refl ]).\n  lra."
         )
     return f"Lemma {lemma_name(question.id)} : {statement}.\nProof. {proof} Qed.\n"
+
+
+def _sums_below(trees: Iterable[Expr]) -> list[Expr]:
+    """The sums and differences that are divided by, or are factors of what is."""
+    found: list[Expr] = []
+
+    def add(tree: Expr) -> None:
+        if isinstance(tree, Op) and tree.kind in "*/neg":
+            for part in tree.args:
+                add(part)
+        elif isinstance(tree, Op) and tree.kind == "**":
+            add(tree.args[0])
+        elif isinstance(tree, Op) and tree.kind in "+-" and tree not in found:
+            found.append(tree)
+
+    for tree in trees:
+        for node in walk(tree):
+            if isinstance(node, Op) and node.kind == "/":
+                add(node.args[1])
+    return found
 
 
 def _under(question: Question, relations: Sequence[Relation]) -> tuple[list[str], list[Relation]]:
