@@ -29,8 +29,8 @@ u_ds, u_qs, T_l, n_p = symbols("u_ds u_qs T_l n_p")
 # %% [markdown]
 # ## Flux linkages
 #
-# With currents of stator and rotor $i_s, i_r$ in two-phase form, the linkages are
-# $\psi_s = L_s i_s + L_m i_r$ and $\phi_r = L_r i_r + L_m i_s$. The rotor current is not measured; it goes out:
+# With currents of stator and rotor $i_s, i_r$ in two-phase form, the linkages are $\psi_s = L_s i_s + L_m i_r$ and
+# $\phi_r = L_r i_r + L_m i_s$. The rotor current is not measured; it goes out:
 
 # %%
 sigma = parameters.leakage(L_s, L_m, L_r)
@@ -42,9 +42,9 @@ assert sympy.cancel(psi_ds - (sigma * i_ds + L_m / L_r * phi_dr)) == 0
 # %% [markdown]
 # ## Voltages
 #
-# In a frame that turns at $\omega_1$: $\dot\psi_s = u_s - R_s i_s - j \omega_1 \psi_s$ for the stator, and
-# $\dot\phi_r = -R_r i_r - j (\omega_1 - \omega) \phi_r$ for the rotor, which is shorted and turns at the electrical speed
-# $\omega$. The definition `equations.plant.plant`, which the simulator compiles, must satisfy both when it is fed symbols:
+# In a frame that turns at $\omega_1$: $\dot\psi_s = u_s - R_s i_s - j \omega_1 \psi_s$ for the stator, and $\dot\phi_r
+# = -R_r i_r - j (\omega_1 - \omega) \phi_r$ for the rotor, which is shorted and turns at the electrical speed $\omega$.
+# The definition `equations.plant.plant`, which the simulator compiles, must satisfy both when it is fed symbols:
 
 # %%
 alpha = parameters.rotor_rate(R_r, L_r)
@@ -68,9 +68,9 @@ settled("eq1.i_ds", "eq1.i_qs", "eq1.phi_dr", "eq1.phi_qr")
 # %% [markdown]
 # ## The shaft, and a slip in Table I
 #
-# Torque is $\tfrac32 n_p \tfrac{L_m}{L_r} (\phi_{dr} i_{qs} - \phi_{qr} i_{ds})$, and $\omega$ is $n_p$ times the speed of the
-# shaft. So the electrical acceleration has $n_p^2/J$ in $\mu$ and $n_p$ at the load. Table I prints
-# $\mu = 3 L_m / (2 L_r)$, a pure number, where (1) needs $1/(\mathrm{kg\,m^2})$.
+# Torque is $\tfrac32 n_p \tfrac{L_m}{L_r} (\phi_{dr} i_{qs} - \phi_{qr} i_{ds})$, and $\omega$ is $n_p$ times the speed
+# of the shaft. So the electrical acceleration has $n_p^2/J$ in $\mu$ and $n_p$ at the load. Table I prints $\mu = 3 L_m
+# / (2 L_r)$, a pure number, where (1) needs $1/(\mathrm{kg\,m^2})$.
 
 # %%
 torque = plant.torque(state, n_p, L_m, L_r)
@@ -81,8 +81,9 @@ settled("eq1.omega", "table1.")
 # %% [markdown]
 # ## What z is
 #
-# (5) defines $z = i + \beta \phi$ by its use. It is a quantity of its own: $\sigma z = \sigma i + (L_m/L_r) \phi$ is the
-# stator's flux linkage. That is why its rate in (6) has neither $\alpha$ nor $\omega$ in it: it is the stator's voltage law.
+# (5) defines $z = i + \beta \phi$ by its use. It is a quantity of its own: $\sigma z = \sigma i + (L_m/L_r) \phi$ is
+# the stator's flux linkage. That is why its rate in (6) has neither $\alpha$ nor $\omega$ in it: it is the stator's
+# voltage law.
 
 # %%
 z_1, z_2 = transformation.to_z(i_ds, i_qs, phi_dr, phi_qr, beta)
@@ -92,7 +93,8 @@ settled("eq5.", "z-needs-measurements-only")
 # %% [markdown]
 # ## Numbers
 #
-# Table III's machine, twice: $R_r/L_r$ of its own resistances is 6.62 /s, and the printed $\alpha$ is one and a half times that.
+# Table III's machine, twice: $R_r/L_r$ of its own resistances is 6.62 /s, and the printed $\alpha$ is one and a half
+# times that.
 
 # %%
 for name, machine in PRESETS.items():

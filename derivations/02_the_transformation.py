@@ -40,8 +40,9 @@ z_rates = [sympy.expand(sympy.expand((rates[k] + beta * rates[k + 2]).subs(in_z)
 show("The rates of z, in any frame:", *z_rates)
 
 # %% [markdown]
-# Two terms stay besides those of (6): $\omega_1 z_2$ and $-\omega_1 z_1$. In the stationary frame they vanish, and then the rates
-# of $z$ are known from measurements alone. In any other frame they need $z$ itself. The definition `equations.plant.plant_z` has them:
+# Two terms stay besides those of (6): $\omega_1 z_2$ and $-\omega_1 z_1$. In the stationary frame they vanish, and then
+# the rates of $z$ are known from measurements alone. In any other frame they need $z$ itself. The definition
+# `equations.plant.plant_z` has them:
 
 # %%
 defined = plant.plant_z((i_ds, i_qs, *z), u, omega, omega_1, p)
@@ -52,9 +53,9 @@ settled("eq6.")
 # %% [markdown]
 # ## Back to the flux
 #
-# $\phi = (z - i)/\beta$ inverts (5). The paper reconstructs the flux in another way, from both copies of $z$:
-# $\hat\phi = \frac1\beta \left[ (\hat\alpha - j\hat\omega)^{-1} (\hat\alpha \hat\xi - j \hat\omega \hat z) - i \right]$.
-# With exact estimates the two agree, but with $\hat\alpha = \alpha$, $\hat\omega = \omega$ the second needs less: only that
+# $\phi = (z - i)/\beta$ inverts (5). The paper reconstructs the flux in another way, from both copies of $z$: $\hat\phi
+# = \frac1\beta \left[ (\hat\alpha - j\hat\omega)^{-1} (\hat\alpha \hat\xi - j \hat\omega \hat z) - i \right]$. With
+# exact estimates the two agree, but with $\hat\alpha = \alpha$, $\hat\omega = \omega$ the second needs less: only that
 # $w = \alpha\tilde\xi - j\omega\tilde z$ vanishes, not that $\tilde z$ and $\tilde\xi$ do.
 
 # %%

@@ -10,8 +10,6 @@
 # ---
 
 # %% [markdown]
-
-# %% [markdown]
 # # 4. The error dynamics
 #
 # True minus estimate: (6) minus (8). Nothing is left to choice here, so (12) can be computed and laid beside the print.
@@ -37,8 +35,9 @@ rates = adaptive.adaptive(tuple(hats.values()), i, u, p, gains, adaptive.feedbac
     tildes["i_ds"], tildes["i_qs"], gains[1], hats["omega"]), 1)
 
 # %% [markdown]
-# A product of a parameter and a state splits in one of two ways, e.g. $\omega z - \hat\omega\hat z = \omega\tilde z + \tilde\omega\hat z$. The
-# printed rows keep estimates next to the parameter errors. To compare, estimates become true values minus errors on both sides:
+# A product of a parameter and a state splits in one of two ways, e.g. $\omega z - \hat\omega\hat z = \omega\tilde z +
+# \tilde\omega\hat z$. The printed rows keep estimates next to the parameter errors. To compare, estimates become true
+# values minus errors on both sides:
 
 # %%
 base = {"i_ds": i[0], "i_qs": i[1], "z_1": z[0], "z_2": z[1], "xi_1": z[0], "xi_2": z[1], "alpha": p[4], "omega": omega}
@@ -52,8 +51,9 @@ for number, row in enumerate(item("eq12").rows):
     show(f"row {row.name}: printed minus derived", differences[row.name])
 
 # %% [markdown]
-# One row differs. In the q row two signs are those of the d row: the print has $-\tilde\omega\hat i_{ds} - \omega\tilde i_{ds}$ where both are
-# plus. The slip is harmless: (14) and $A^*$ of (20) have the right signs, so nothing was built on it.
+# One row differs. In the q row two signs are those of the d row: the print has $-\tilde\omega\hat i_{ds} - \omega\tilde
+# i_{ds}$ where both are plus. The slip is harmless: (14) and $A^*$ of (20) have the right signs, so nothing was built
+# on it.
 
 # %%
 assert [name for name, value in differences.items() if value != 0] == ["i_qs"]
@@ -64,9 +64,11 @@ settled("eq12.")
 # %% [markdown]
 # In complex shorthand, with $v_1 = \hat\xi - (1 + \beta L_m) i$ and $v_2 = -j(\hat z - \hat i)$:
 #
-# $$\dot{\tilde i} = \left(-k_1 - \tfrac{R_s}{\sigma} + j\omega\right)\tilde i + \alpha\tilde\xi - j\omega\tilde z + v_1\tilde\alpha + v_2\tilde\omega$$
+# $$\dot{\tilde i} = \left(-k_1 - \tfrac{R_s}{\sigma} + j\omega\right)\tilde i
+# + \alpha\tilde\xi - j\omega\tilde z + v_1\tilde\alpha + v_2\tilde\omega$$
 #
-# $\tilde z$ and $\tilde\xi$ enter in one combination only, $w = \alpha\tilde\xi - j\omega\tilde z$. This line is the key to chapters 6 and 8.
+# $\tilde z$ and $\tilde\xi$ enter in one combination only, $w = \alpha\tilde\xi - j\omega\tilde z$. This line is the
+# key to chapters 6 and 8.
 
 # %%
 settled("eq9.rho", "eq11.first")

@@ -10,12 +10,11 @@
 # ---
 
 # %% [markdown]
-
-# %% [markdown]
 # # 5. The Lyapunov function and its derivative
 #
-# The idea of (13): give each error a weight such that everything but the damping of the currents cancels. The weights are not free.
-# Take $V = \tfrac12|\tilde i|^2 + \tfrac{p_z}{2}|\tilde z|^2 + \tfrac{p_\xi}{2}|\tilde\xi|^2 + \dots$ and look at what has to cancel.
+# The idea of (13): give each error a weight such that everything but the damping of the currents cancels. The weights
+# are not free. Take $V = \tfrac12|\tilde i|^2 + \tfrac{p_z}{2}|\tilde z|^2 + \tfrac{p_\xi}{2}|\tilde\xi|^2 + \dots$ and
+# look at what has to cancel.
 
 # %%
 import sympy
@@ -31,7 +30,8 @@ i_d, i_q, z_1, z_2, xi_1, xi_2 = (v[one] for one in names.split()[:6])
 p_z, p_xi = sympy.symbols("p_z p_xi", positive=True)
 
 # %% [markdown]
-# The currents' rows of (12) bring $\alpha\tilde\xi - j\omega\tilde z$; the rates of $\tilde z$ and $\tilde\xi$ are multiples of $\tilde i$.
+# The currents' rows of (12) bring $\alpha\tilde\xi - j\omega\tilde z$; the rates of $\tilde z$ and $\tilde\xi$ are
+# multiples of $\tilde i$.
 
 # %%
 w = lyapunov.observable(z_1, z_2, xi_1, xi_2, v["alpha"], v["omega"])
@@ -45,9 +45,9 @@ assert sympy.cancel(cross.subs(weights)) == 0
 assert weights[p_z] == v["omega"] / (v["k_2"] * v["omega_hat"]) and weights[p_xi] == v["alpha"] / v["k_3"]
 
 # %% [markdown]
-# So $p_\xi = \alpha/k_3$, and (13) prints $\alpha/k_2$: with it, (13) has no unit and the terms do not cancel. And
-# $p_z = \omega/(k_2\hat\omega)$ is no constant. It must be positive, so $\omega$ and $\hat\omega$ must have one sign, and when
-# $\hat\omega$ moves, it moves too. With the two other feedbacks of chapter 3 there is no weight at all:
+# So $p_\xi = \alpha/k_3$, and (13) prints $\alpha/k_2$: with it, (13) has no unit and the terms do not cancel. And $p_z
+# = \omega/(k_2\hat\omega)$ is no constant. It must be positive, so $\omega$ and $\hat\omega$ must have one sign, and
+# when $\hat\omega$ moves, it moves too. With the two other feedbacks of chapter 3 there is no weight at all:
 
 # %%
 for name, other in (("(7)", (v["k_2"] * v["omega_hat"] * i_d, -v["k_2"] * v["omega_hat"] * i_q)),
@@ -78,9 +78,10 @@ settled("eq14.")
 # %% [markdown]
 # ## The alpha terms and the projection
 #
-# Away from its bound, (9) cancels the terms of $\tilde\alpha$. In the layer, the projection of a signal $\rho < 0$ takes off $p\rho$, which leaves
-# $\tilde\alpha\, p\, \rho / g \le 0$ as long as $\alpha \ge \hat\alpha$ there: as long as $\alpha_l \le \alpha$. The layer ends at
-# $\alpha_l - \delta$, and that is where $\hat\alpha$ stops, not at $\alpha_l$.
+# Away from its bound, (9) cancels the terms of $\tilde\alpha$. In the layer, the projection of a signal $\rho < 0$
+# takes off $p\rho$, which leaves $\tilde\alpha\, p\, \rho / g \le 0$ as long as $\alpha \ge \hat\alpha$ there: as long
+# as $\alpha_l \le \alpha$. The layer ends at $\alpha_l - \delta$, and that is where $\hat\alpha$ stops, not at
+# $\alpha_l$.
 
 # %%
 alpha_l, delta, rho = symbols("alpha_l delta rho")

@@ -10,17 +10,16 @@
 # ---
 
 # %% [markdown]
-
-# %% [markdown]
 # # 6. What breaks, and the repairs
 #
-# The moving weight of $\tilde z$ adds $-\frac{\omega\dot{\hat\omega}}{2 k_2 \hat\omega^2}|\tilde z|^2$ to $\dot V$. The text drops it with a
-# word on the sign operator. But $\dot{\hat\omega}$ goes up and down: by (11) it is $K_p$ times a signal without a sign.
+# The moving weight of $\tilde z$ adds $-\frac{\omega\dot{\hat\omega}}{2 k_2 \hat\omega^2}|\tilde z|^2$ to $\dot V$. The
+# text drops it with a word on the sign operator. But $\dot{\hat\omega}$ goes up and down: by (11) it is $K_p$ times a
+# signal without a sign.
 #
 # ## A state, by hand
 #
-# All parameters and gains 1, $\omega = \hat\omega = 1$, $\tilde i = (1, 0)$, $\tilde z = (4, 0)$, $z_2 = \hat z_2 = -1$, everything else 0. Then the
-# signal of (11) is $\hat z_2 \tilde i_{ds} = -1$, and
+# All parameters and gains 1, $\omega = \hat\omega = 1$, $\tilde i = (1, 0)$, $\tilde z = (4, 0)$, $z_2 = \hat z_2 =
+# -1$, everything else 0. Then the signal of (11) is $\hat z_2 \tilde i_{ds} = -1$, and
 
 # %%
 from fractions import Fraction
@@ -40,9 +39,10 @@ settled("sign-operator.inequality", "eq16.bound", "eq17.integral")
 # %% [markdown]
 # ## A trajectory
 #
-# Table III's machine at a constant 100 rad/s (electrical), flux 0.5307 Wb, slip 5 rad/s: currents, $z$ and voltages in closed form. The observer
-# starts from zero $\hat z$, $\hat\xi$, from $\hat\omega = 40$ rad/s and $\hat\alpha = 6.6$ /s, with gains that run. All that the proof asks for is
-# given: $\omega$ constant, $\omega\hat\omega > 0$, the feedback of (12), the corrected $V$.
+# Table III's machine at a constant 100 rad/s (electrical), flux 0.5307 Wb, slip 5 rad/s: currents, $z$ and voltages in
+# closed form. The observer starts from zero $\hat z$, $\hat\xi$, from $\hat\omega = 40$ rad/s and $\hat\alpha = 6.6$
+# /s, with gains that run. All that the proof asks for is given: $\omega$ constant, $\omega\hat\omega > 0$, the feedback
+# of (12), the corrected $V$.
 
 # %%
 machine = PRESETS["table-iii-printed-alpha"]
@@ -65,7 +65,8 @@ def largest_rise(levels):
 printed_gain = follow(adaptive.consistent_12, start, plant, gains, 1, duration=0.01, step=5e-5)
 V = [lyapunov.corrected_13(**errors_at(plant, t, x), omega_hat=x[7], k_2=gains[1], **common) for t, x in printed_gain]
 top = max(range(len(V)), key=V.__getitem__)
-print(f"printed gain k_2 omega_hat: V(0) = {V[0]:.1f} A^2, V = {V[top]:.1f} A^2 at {1e3 * printed_gain[top][0]:.2f} ms: it has grown")
+when = 1e3 * printed_gain[top][0]
+print(f"printed gain k_2 omega_hat: V(0) = {V[0]:.1f} A^2, V = {V[top]:.1f} A^2 at {when:.2f} ms: it has grown")
 assert V[top] > V[0] + 20
 
 with_direction = follow(repaired.repaired, start, plant, gains, 1, duration=0.01, step=5e-5)
@@ -82,16 +83,17 @@ assert largest_rise(V) == 0.0
 # | 2 | $\kappa s$ | (13) with $\lvert\omega\rvert/2\kappa$ | exact | the direction must be known |
 # | 3 | $\kappa(t) s$ that never falls | as 2 | holds | the gain stays up |
 # | 4 | $k_2\hat\omega$ as printed | as 1 | third-order rest | local, under excitation |
-# | 5 | $\kappa(t) s$, up and down | $\tilde i, w, \tilde\alpha, \tilde\omega$ | $V \le V(0) e^{\text{falls of } \ln c}$ | not for a gain that follows $\hat\omega$ |
+# | 5 | $\kappa(t) s$, up and down | $\tilde i, w, \tilde\alpha, \tilde\omega$ | $V \le V(0) e^F$, $F$: falls of $\ln c$ | not for $\hat\omega$ as schedule |
 # | 6 | $\kappa s$, $s$ wrong at low speed | as 5 | exact | $c = \alpha k_3 + \kappa s\omega > 0$ |
 #
-# Repairs 1, 5 and 6 rest on one remark of chapter 4: the currents see $\tilde z$ and $\tilde\xi$ through $w = \alpha\tilde\xi - j\omega\tilde z$ only.
-# With $\tilde z' = -j\kappa s\tilde i$ and $\tilde\xi' = -k_3\tilde i$,
+# Repairs 1, 5 and 6 rest on one remark of chapter 4: the currents see $\tilde z$ and $\tilde\xi$ through $w =
+# \alpha\tilde\xi - j\omega\tilde z$ only. With $\tilde z' = -j\kappa s\tilde i$ and $\tilde\xi' = -k_3\tilde i$,
 #
 # $$\dot w = -(\alpha k_3 + \kappa s\omega)\,\tilde i = -c\,\tilde i,$$
 #
-# and $V_w = \tfrac12|\tilde i|^2 + \tfrac{1}{2c}|w|^2 + \tfrac{1}{2g}\tilde\alpha^2 + \tfrac{1}{2K_p}\tilde\omega^2$ has
-# $\dot V_w = -(k_1 + R_s/\sigma)|\tilde i|^2 - \frac{\dot c}{2c^2}|w|^2$. No $\hat\omega$ in it, no sign condition but $c > 0$.
+# and $V_w = \tfrac12|\tilde i|^2 + \tfrac{1}{2c}|w|^2 + \tfrac{1}{2g}\tilde\alpha^2 + \tfrac{1}{2K_p}\tilde\omega^2$
+# has $\dot V_w = -(k_1 + R_s/\sigma)|\tilde i|^2 - \frac{\dot c}{2c^2}|w|^2$. No $\hat\omega$ in it, no sign condition
+# but $c > 0$.
 
 # %%
 settled("repair-1", "repair-2", "repair-3", "repair-4", "repair-5", "repair-6", "proposition-IV.2")
@@ -110,5 +112,6 @@ for t, x in path:
     w = lyapunov.observable(e["z_1_tilde"], e["z_2_tilde"], e["xi_1_tilde"], e["xi_2_tilde"], machine.alpha, slow.omega)
     levels.append(lyapunov.reduced(e["i_ds_tilde"], e["i_qs_tilde"], *w, e["alpha_tilde"], e["omega_tilde"],
                                    machine.alpha * gains[2] - gains[1] * slow.omega, gains[3], gains[4]))
-print(f"wrong direction at 15 rad/s: V_w(0) = {levels[0]:.1f} A^2, V_w(10 ms) = {levels[-1]:.1f} A^2, largest rise {largest_rise(levels):.1e} A^2")
+print(f"wrong direction at 15 rad/s: V_w(0) = {levels[0]:.1f} A^2, V_w(10 ms) = {levels[-1]:.1f} A^2, "
+      f"largest rise {largest_rise(levels):.1e} A^2")
 assert largest_rise(levels) == 0.0

@@ -10,12 +10,10 @@
 # ---
 
 # %% [markdown]
-
-# %% [markdown]
 # # 8. Excitation: what can be found, and what never moves
 #
-# Zero current error is not zero error. The paper asks for persistent excitation of a 2x6 matrix $B^*$, (19). For constant $\omega$ and $\alpha$ that can
-# never be had.
+# Zero current error is not zero error. The paper asks for persistent excitation of a 2x6 matrix $B^*$, (19). For
+# constant $\omega$ and $\alpha$ that can never be had.
 
 # %%
 import numpy as np
@@ -26,7 +24,8 @@ from imo_analysis.equations import excitation, lyapunov, repaired
 from imo_analysis.machine import PRESETS
 
 alpha, omega, beta, L_m = symbols("alpha omega beta L_m")
-i, i_hat, z_hat, xi_hat = symbols("i_ds i_qs"), symbols("i_ds_hat i_qs_hat"), symbols("z_1_hat z_2_hat"), symbols("xi_1_hat xi_2_hat")
+i, i_hat = symbols("i_ds i_qs"), symbols("i_ds_hat i_qs_hat")
+z_hat, xi_hat = symbols("z_1_hat z_2_hat"), symbols("xi_1_hat xi_2_hat")
 B = sympy.Matrix(excitation.corrected_19(i, i_hat, z_hat, xi_hat, alpha, omega, beta, L_m))
 show("B*, with the sign of its last entry put right:", B)
 blind = [sympy.Matrix([0, omega, alpha, 0, 0, 0]), sympy.Matrix([-omega, 0, 0, alpha, 0, 0])]
@@ -37,9 +36,10 @@ show("", *(one.T for one in blind))
 settled("eq19.", "eq20.")
 
 # %% [markdown]
-# In complex shorthand they are $\alpha\tilde\xi = j\omega\tilde z$: the kernel of $w = \alpha\tilde\xi - j\omega\tilde z$. And the observer never moves along
-# them: with the repaired feedback $q = k_3\tilde z - j\kappa s\tilde\xi$ is conserved, because both rates are multiples of $\tilde i$. So
-# $(\tilde z, \tilde\xi)$ splits into a part that is seen and a part that stands still:
+# In complex shorthand they are $\alpha\tilde\xi = j\omega\tilde z$: the kernel of $w = \alpha\tilde\xi - j\omega\tilde
+# z$. And the observer never moves along them: with the repaired feedback $q = k_3\tilde z - j\kappa s\tilde\xi$ is
+# conserved, because both rates are multiples of $\tilde i$. So $(\tilde z, \tilde\xi)$ splits into a part that is seen
+# and a part that stands still:
 #
 # $$\tilde z = (\alpha q + j\kappa s w)/c, \qquad \tilde\xi = (k_3 w + j\omega q)/c, \qquad c = \alpha k_3 + \kappa s\omega.$$
 #
@@ -51,9 +51,10 @@ settled("proposition-IV.3", "proposition-IV.4", "eq21.", "eq23.bound")
 # %% [markdown]
 # ## What a steady state leaves unknown
 #
-# Without errors $v_1 = \beta(\phi - L_m i)$ and $v_2 = -j\beta\phi$. The rotor's equation gives $\phi - L_m i = (j\omega\phi - \dot\phi)/\alpha$, so with
-# $\dot\phi = j\omega_s\phi$: $v_1 = \frac{\omega_s - \omega}{\alpha} v_2$. One direction instead of two: $\alpha$ and $\omega$ can not both be found, and
-# $\hat\alpha$ stops where it happens to be. Only a changing magnitude of the flux, or a changing slip, tells them apart.
+# Without errors $v_1 = \beta(\phi - L_m i)$ and $v_2 = -j\beta\phi$. The rotor's equation gives $\phi - L_m i =
+# (j\omega\phi - \dot\phi)/\alpha$, so with $\dot\phi = j\omega_s\phi$: $v_1 = \frac{\omega_s - \omega}{\alpha} v_2$.
+# One direction instead of two: $\alpha$ and $\omega$ can not both be found, and $\hat\alpha$ stops where it happens to
+# be. Only a changing magnitude of the flux, or a changing slip, tells them apart.
 
 # %%
 settled("alpha-final")
@@ -84,8 +85,8 @@ assert steady[0] < 1e-9 < 1e-3 < steady[1] and modulated[0] > 1e-3 and still[1] 
 # %% [markdown]
 # ## On a run
 #
-# The repaired observer with a wrong start of everything. After a while the current error and $w$ have died out along what is excited, $\tilde z$ and
-# $\tilde\xi$ have not, and $q$ is where it was.
+# The repaired observer with a wrong start of everything. After a while the current error and $w$ have died out along
+# what is excited, $\tilde z$ and $\tilde\xi$ have not, and $q$ is where it was.
 
 # %%
 machine = PRESETS["table-iii-printed-alpha"]
@@ -103,7 +104,7 @@ for t, x in path[:: len(path) // 6]:
     q = lyapunov.conserved(*z, *xi, gains[1], gains[2], 1)
     kept.append(q)
     seen.append(float(np.hypot(*w)))
-    print(f"{t:6.2f} {np.hypot(e['i_ds_tilde'], e['i_qs_tilde']):8.4f} {np.hypot(*z):7.3f} {np.hypot(*xi):8.3f} {seen[-1]:10.3f}"
-          f" {q[0]:10.4f} {q[1]:10.4f}")
+    current = np.hypot(e["i_ds_tilde"], e["i_qs_tilde"])
+    print(f"{t:6.2f} {current:8.4f} {np.hypot(*z):7.3f} {np.hypot(*xi):8.3f} {seen[-1]:10.3f} {q[0]:10.4f} {q[1]:10.4f}")
 assert np.allclose(kept, kept[0], rtol=0, atol=1e-6 * np.hypot(*kept[0]))
 assert seen[-1] < 0.05 * seen[0]

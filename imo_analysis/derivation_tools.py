@@ -76,7 +76,8 @@ def settled(*identifiers: str) -> None:
     """
     from imo_analysis.ledger.book import claims, entries
 
-    wanted = [one for one in claims() if any(one.id == name or (name.endswith(".") and one.id.startswith(name)) for name in identifiers)]
+    whole = tuple(name for name in identifiers if name.endswith("."))
+    wanted = [one for one in claims() if one.id in identifiers or (whole and one.id.startswith(whole))]
     assert wanted, f"no entry {', '.join(identifiers)}"
     for entry in entries(("flint", "sympy"), wanted):
         assert entry.ok, entry.errors
@@ -159,7 +160,8 @@ def follow(rates: Callable[..., Any], start: Sequence[float], plant: TurningFlux
         b = slope(moved(x, a, step / 2), t + step / 2)
         c = slope(moved(x, b, step / 2), t + step / 2)
         d = slope(moved(x, c, step), t + step)
-        x = tuple(x_n + step / 6 * (a_n + 2 * b_n + 2 * c_n + d_n) for x_n, a_n, b_n, c_n, d_n in zip(x, a, b, c, d, strict=True))
+        mean = tuple((k + 2 * h + 2 * m + n) / 6 for k, h, m, n in zip(a, b, c, d, strict=True))
+        x = moved(x, mean, step)
         path.append((t + step, x))
     return path
 

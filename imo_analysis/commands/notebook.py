@@ -8,9 +8,9 @@ from typing import Any
 
 from imo_analysis.errors import InputError
 
-DESCRIPTION = """The derivations as Jupyter notebooks: the model and the stator flux, the transformation, the three conventions, the
-error dynamics, the Lyapunov function, what breaks and the repairs, Barbalat's step, excitation. Needs the extra
-'notebooks'. Exit code 1 if a notebook that is executed fails."""
+DESCRIPTION = """The derivations as Jupyter notebooks: the model and the stator flux, the transformation, the three
+conventions, the error dynamics, the Lyapunov function, what breaks and the repairs, Barbalat's step, excitation.
+Needs the extra 'notebooks'. Exit code 1 if a notebook that is executed fails."""
 EXAMPLE = """\
   imo notebook --out notebooks
   imo notebook --out notebooks --only 06 --execute"""
@@ -65,7 +65,8 @@ def run(args: argparse.Namespace) -> int:
             row.update(_write(path, Path(args.out), args.execute))
         failed = failed or row["error"] is not None
         rows.append(row)
-        say(args, row["file"] + (f": {row['error']}" if row["error"] else "") if args.out else f"{path.stem:45s} {row['title']}")
+        fault = f": {row['error']}" if row["error"] else ""
+        say(args, f"{row['file']}{fault}" if args.out else f"{path.stem:45s} {row['title']}")
     emit_json(args, "imo-notebooks/1", {"notebooks": rows})
     return int(failed)
 
