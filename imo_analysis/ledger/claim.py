@@ -240,6 +240,7 @@ class Entry:
         """Plain data for JSON (`imo-ledger/1`), with every formula as text and as LaTeX."""
         from imo_analysis.ledger.expression import parse_relation
         from imo_analysis.ledger.latex import relation_latex
+        from imo_analysis.ledger.show import difference
 
         claim = self.claim
 
@@ -249,7 +250,8 @@ class Entry:
         return {
             "id": claim.id, "item": claim.item, "title": claim.title,
             "verdict": str(self.verdict) if self.verdict else None, "expected": str(claim.expected),
-            "prose": claim.prose,
+            "prose": claim.prose, "difference": [
+                difference(old, new) for old, new in zip(claim.printed, claim.corrected, strict=False)],
             "printed": formulas(claim.printed), "corrected": formulas(claim.corrected), "edit": claim.edit,
             "setting": claim.setting.text,
             "hypotheses": [str(one) for one in claim.setting.hypotheses], "assumptions": list(claim.assumptions),
