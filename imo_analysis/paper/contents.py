@@ -29,13 +29,16 @@ _AFTER = {
 }
 
 
+FIRST = "guaranteed-stability"  # of the abstract
+
+
 def _ordered() -> tuple[Item, ...]:
     others = (*TABLES, *STATEMENTS)
-    found: list[Item] = []
+    found: list[Item] = [one for one in others if one.id == FIRST]
     for equation in EQUATIONS:
         found.append(equation)
         found.extend(one for one in others if _AFTER.get(one.id) == equation.id)
-    return (*found, *(one for one in others if one.id not in _AFTER))
+    return (*found, *(one for one in others if one.id not in _AFTER and one.id != FIRST))
 
 
 ITEMS: tuple[Item, ...] = _ordered()

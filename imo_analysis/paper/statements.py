@@ -21,6 +21,8 @@ FIGURES: tuple[Figure, ...] = (Figure(1, (50, 100), False), Figure(2, (20, 40), 
 COMPARED_IN = (2, 3)  # the figures that the text names for the comparison with unbiased parameters
 
 STATEMENTS: tuple[Item, ...] = (
+    Item("guaranteed-stability", "", "Abstract",
+         "The observer guarantees asymptotic stability of the estimation errors."),
     Item("baseline-not-convergent", "", "Section II-B, below (4)",
          "The zero solution of the baseline observer's error dynamics can not be asymptotically stable."),
     Item("z-needs-measurements-only", "", "Section III-A, below (7)",

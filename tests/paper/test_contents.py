@@ -93,3 +93,9 @@ def test_unknown_names_raise():
         item("eq24")
     with pytest.raises(KeyError):
         row("eq12.nothing")
+
+
+def test_order_is_the_papers():
+    order = [one.id for one in ITEMS]
+    assert order[0] == "guaranteed-stability"
+    assert order.index("eq11") < order.index("lemma-IV.1") < order.index("eq12") < order.index("proposition-IV.3") < order.index("eq19")

@@ -68,6 +68,26 @@ def _reduced() -> Setting:
 
 CLAIMS: list[Claim] = [
     claim(
+        "guaranteed-stability",
+        "asymptotic stability of the estimation errors",
+        Verdict.FAILS,
+        at_rest(),
+        printed=("z_1_tilde = 0", "z_2_tilde = 0"),
+        prose="All errors tend to zero from near zero; so no state but zero error may stay where it is.",
+        checks=(
+            Algebra(
+                "evidence",
+                "every one of these states stays where it is, however small",
+                tuple(f"{one}_dot = 0" for one in ERRORS),
+            ),
+        ),
+        origin="paper",
+        why="the abstract states it without the condition that Proposition IV.3 has, and that condition does not help",
+        note="What can be had: boundedness without any condition (repairs 1 to 3, 5, 6), and convergence of the currents, "
+        "w, alpha, omega "
+        "and the reconstructed flux under excitation (proposition-IV.3).",
+    ),
+    claim(
         "eq19.condition",
         "the excitation condition can be met",
         CORRECTED,

@@ -7,7 +7,7 @@ from functools import cache
 from typing import Any
 
 from imo_analysis.equations import adaptive
-from imo_analysis.ledger.claim import Algebra, Claim, Verdict
+from imo_analysis.ledger.claim import Algebra, Claim, Trajectory, Verdict
 from imo_analysis.ledger.claims.transcript import claim, same, shapes
 from imo_analysis.ledger.expression import Name, as_expr, names
 from imo_analysis.ledger.setting import Setting, setting
@@ -92,6 +92,8 @@ _WHY_Z = (
 )
 _Z_FALL = ("eq12.z_1", "eq12.z_2", "eq15.z", "proposition-IV.2")
 
+_DIVERGES = (Trajectory("divergence", "both printed z feedbacks leave all bounds", "imo simulate --scenario divergence"),)
+
 _seven = luenberger_errors()
 CLAIMS: list[Claim] = [
     claim(
@@ -167,6 +169,7 @@ CLAIMS: list[Claim] = [
         edit=_EDIT_Z,
         origin="paper",
         why=_WHY_Z,
+        trajectories=_DIVERGES,
         consequences=_Z_FALL,
         checks=(
             Algebra(
@@ -233,6 +236,7 @@ CLAIMS: list[Claim] = [
         prose="The z rows of L y, with the rest of (8).",
         origin="paper",
         why=_WHY_Z,
+        trajectories=_DIVERGES,
         consequences=_Z_FALL,
         checks=(
             Algebra(

@@ -73,9 +73,11 @@ CLAIMS: list[Claim] = [
         "Then omega_hat' = -1, and V' = -2 + 16/2 = 6, where (16) allows -2. It holds where omega_hat stands still.",
         trajectories=(
             Trajectory(
-                "lyapunov-grows",
-                "V rises although omega is constant and nothing else is wrong",
-                "python derivations/06_what_breaks_and_the_repairs.py",
+                "lyapunov",
+                "constant speed, omega omega_hat > 0, everything else put right: V rises at once, and to more than twenty "
+                "times V(0) "
+                "within 15 ms, as omega_hat comes near zero; that of repair 2 falls at every sample",
+                "imo simulate --scenario lyapunov --out run.nc",
             ),
         ),
         consequences=("eq17.integral", "bounded-from-16", "proposition-IV.2"),
@@ -219,7 +221,16 @@ CLAIMS: list[Claim] = [
         "statement then holds without a further edit is open; near zero error it does under excitation (repair-4). With the "
         "edit, the rest of the proof goes through: V' <= 0 bounds the errors, and Barbalat's lemma does the rest.",
         trajectories=(
-            Trajectory("fig1", "the three printed observers and the repaired one on the paper's own scenario", "imo simulate"),
+            Trajectory(
+                "divergence",
+                "the z feedbacks of (7) and of L(omega_hat): z_hat and alpha_hat leave all bounds",
+                "imo simulate --scenario divergence",
+            ),
+            Trajectory(
+                "fig1",
+                "the feedback of (12) and the repaired observer on the paper's own steps",
+                "imo simulate --scenario fig1",
+            ),
         ),
         consequences=("proposition-IV.3", "proposition-IV.4"),
     ),
