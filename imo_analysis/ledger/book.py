@@ -11,13 +11,14 @@ from imo_analysis.ledger.claim import Claim, Entry
 from imo_analysis.ledger.claims import MODULES
 from imo_analysis.ledger.kernels import NAMES, kernel
 from imo_analysis.ledger.settle import settle
+from imo_analysis.paper.contents import ITEMS
 
 SUBJECTS = ("kubota",)  # modules of ledger/subjects/
 
 
 @cache
 def claims() -> tuple[Claim, ...]:
-    """Every claim of the paper, in its order.
+    """Every claim of the paper, in its order, and after them what is ours.
 
     Raises
     ------
@@ -25,6 +26,9 @@ def claims() -> tuple[Claim, ...]:
         If two claims have one id.
     """
     found = [claim for name in MODULES for claim in import_module(f"imo_analysis.ledger.claims.{name}").CLAIMS]
+    places = {one.id: place for place, one in enumerate(ITEMS)}
+    last = len(places)  # what is ours
+    found.sort(key=lambda claim: places.get(claim.id, places.get(claim.id.partition(".")[0], last)))
     return checked(found)
 
 
