@@ -65,7 +65,7 @@ def _run(argv: list[str]) -> int:
     parser = _Parser(
         prog=f"imo {name}",
         description=command.DESCRIPTION,
-        epilog=f"example:\n{command.EXAMPLE}",
+        epilog="\n".join(["example:", *(f"  {line.strip()}" for line in command.EXAMPLE.strip().splitlines())]),
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
