@@ -13,4 +13,5 @@ MODULES: tuple[str, ...] = (
     "repairs",
     "closed_forms",
     "resting",
+    "noise",
 )

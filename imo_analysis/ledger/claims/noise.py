@@ -1,0 +1,80 @@
+"""What current noise does to the alpha law (9), and the observer whose law does not square it.
+
+These statements are ours. The mean over a noise n that is as likely as its opposite is half the sum of the values at n and -n.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+from imo_analysis.equations import adaptive, lyapunov, quiet
+from imo_analysis.ledger.claim import Algebra, Claim, Verdict
+from imo_analysis.ledger.claims.situations import ERRORS, with_function
+from imo_analysis.ledger.expression import Name, names
+from imo_analysis.ledger.setting import Setting, setting
+from imo_analysis.ledger.settings import CURRENTS, FULL, GAINS, MACHINE, VOLTAGES, errors
+
+ITEM = "Noise (ours)"
+_UNITS = {"n_1": "A", "n_2": "A", "mean_signal": "A^2", "quiet_signal": "A^2", "signal": "A^2", "speed_mean": "A^2",
+          "speed_free": "A^2", "quiet_free": "A^2"}
+
+
+@cache
+def noisy() -> Setting:
+    """The signals of (9) and (11) with noise (n_1, n_2) on the measured current, averaged over n and -n."""
+    n = names("n_1 n_2")
+    i_hat, z_hat, xi_hat = names("i_ds_hat i_qs_hat"), names("z_1_hat z_2_hat"), names("xi_1_hat xi_2_hat")
+    beta, L_m = names("beta L_m")
+
+    def at(sign: int) -> tuple[Any, Any, Any]:
+        i = (CURRENTS[0] + sign * n[0], CURRENTS[1] + sign * n[1])
+        error = (i[0] - i_hat[0], i[1] - i_hat[1])
+        return (adaptive.alpha_signal(error, i, xi_hat, beta, L_m), adaptive.alpha_signal(error, i_hat, xi_hat, beta, L_m),
+                adaptive.speed_signal(error, i_hat, z_hat))
+
+    free, plus, minus = at(0), at(1), at(-1)
+    defined = {
+        "signal": free[0], "quiet_free": free[1], "speed_free": free[2],
+        "mean_signal": (plus[0] + minus[0]) / 2, "quiet_signal": (plus[1] + minus[1]) / 2,
+        "speed_mean": (plus[2] + minus[2]) / 2,
+    }
+    return setting("noisy_current", "the adaptation signals with noise on the measured current", defined, units=_UNITS)
+
+
+@cache
+def quiet_errors() -> Setting:
+    """`errors` of the observer `quiet`, with V of the repaired observer and its rate; away from the projection's layer."""
+    base = errors("repaired")
+    gains = (GAINS[0], Name("kappa"), *GAINS[2:])
+    row = quiet.quiet(FULL, CURRENTS, VOLTAGES, Name("direction"), MACHINE, gains)
+    i_tilde = (CURRENTS[0] - FULL[0], CURRENTS[1] - FULL[1])
+    law = Name("g") * adaptive.alpha_signal(i_tilde, FULL[:2], FULL[4:6], Name("beta"), Name("L_m"))
+    defined = dict(base.definitions)
+    for name, rate in zip(FULL, (*row[:6], law, row[7]), strict=True):
+        defined[f"{name.name}_dot"] = rate
+    defined |= with_function(lyapunov.with_direction, ERRORS)
+    text = "the machine (6) and the observer with i_hat beside alpha_hat, omega and alpha constant"
+    return setting("quiet_errors", text, defined,
+                   (*base.hypotheses, "R_s > 0", "L_m > 0", "k_1 > 0", "k_3 > 0", "kappa > 0", "g > 0", "K_p > 0", "alpha > 0"),
+                   base.cases)
+
+
+CLAIMS = [
+    Claim(
+        id="noise.bias", item=ITEM, title="current noise drives alpha_hat down",
+        expected=Verdict.HOLDS, setting=noisy(),
+        prose="(9) multiplies the noise of the measured current with itself: its mean is lower by (1 + beta L_m) |n|^2, so "
+              "that alpha_hat drifts at -2 g (1 + beta L_m) times the variance of the noise on each axis. (11) has no such term.",
+        printed=("mean_signal = signal - (1 + beta*L_m)*(n_1**2 + n_2**2)", "speed_mean = speed_free"),
+        assumptions=("noise without correlation in time, as likely as its opposite",),
+    ),
+    Claim(
+        id="noise.quiet", item=ITEM, title="with i_hat beside alpha_hat the square of the noise drops out and the proof stands",
+        expected=Verdict.HOLDS, setting=quiet_errors(),
+        prose="V of the repaired observer falls as V' = -(k_1 + R_s/sigma + alpha (1 + beta L_m)) |i_tilde|^2 for constant omega "
+              "of either sign, whatever omega_hat does.",
+        printed=("V_dot = -(k_1 + R_s/sigma + alpha*(1 + beta*L_m))*(i_ds_tilde**2 + i_qs_tilde**2)",),
+        checks=(Algebra("evidence", "the mean of its alpha signal", ("quiet_signal = quiet_free",), setting=noisy()),),
+    ),
+]
