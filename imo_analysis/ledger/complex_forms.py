@@ -197,6 +197,20 @@ def _repaired(x: Any, i: Any, u: Any, direction: Any, p: Any, gains: Any) -> Any
     return _full(x, i, u, p, gains, J * (Gauss(*i) - Gauss(*x[:2])) * (gains[1] * direction), 1)
 
 
+def _quiet(x: Any, i: Any, u: Any, direction: Any, p: Any, gains: Any) -> Any:
+    R_s, L_m, sigma, beta, _ = p
+    k_1, kappa, k_3, g, K_p, alpha_l, delta = gains
+    i_hat, z_hat, current = Gauss(*x[:2]), Gauss(*x[2:4]), Gauss(*i)
+    error, regressor = current - i_hat, Gauss(*x[4:6]) - i_hat * (1 + beta * L_m)
+    stator = (Gauss(*u) - current * R_s) / sigma
+    return (
+        (Gauss(*u) - i_hat * R_s) / sigma + regressor * x[6] + J * x[7] * (i_hat - z_hat) + error * k_1,
+        stator + J * error * kappa * direction, stator + error * k_3,
+        _projection(g * dot(error, regressor), x[6], alpha_l, delta),
+        K_p * cross(i_hat - z_hat, error),
+    )
+
+
 def _known_alpha(x: Any, i: Any, u: Any, p: Any, gains: Any, feedback: Gauss, sign: Any) -> Any:
     R_s, L_m, sigma, beta, alpha = p
     k_1, _, K_p = gains
@@ -384,6 +398,7 @@ FORMS: tuple[Form, ...] = (
     Form("adaptive", "adaptive", (8, 2, 2, 5, 7, 2, 0), lambda x, i, u, p, k, f, s: _full(x, i, u, p, k, Gauss(*f), s)),
     *(Form("adaptive", which, _OBSERVER, _adaptive(which)) for which in _CONVENTIONS),
     Form("repaired", "repaired", _OBSERVER, _repaired),
+    Form("quiet", "quiet", _OBSERVER, _quiet),
     Form("luenberger", "luenberger", (5, 2, 2, 5, 3, 2, 0),
          lambda x, i, u, p, k, f, s: _known_alpha(x, i, u, p, k, Gauss(*f), s)),
     *(Form("luenberger", f"luenberger_{which}", _SEVEN, _luenberger(which)) for which in _CONVENTIONS),

@@ -76,12 +76,14 @@ def try_definitions(forms: Sequence[Form] = FORMS, only: str | None = None) -> D
         report.modules += 1
         report.functions += len(defined)
         for what, name, mutant in _mutants(module):
+            if name not in mine:
+                continue  # reported above
             report.tried += 1
             # the changed function first; then those of the same module that may call it
             order = [*(one for one in mine.values() if one.function == name), *mine.values()]
             if not all(form.meets(getattr(mutant, form.function), Random(5)) for form in order):
                 report.killed += 1
-            elif name in mine and _equal(mine[name], getattr(module, name), getattr(mutant, name)):
+            elif _equal(mine[name], getattr(module, name), getattr(mutant, name)):
                 report.equivalent.append(f"{info.name}.{name}: {what}")
             else:
                 report.survived.append(f"{info.name}.{name}: {what}")

@@ -14,20 +14,22 @@ from imo_analysis.ledger.setting import Setting, true_at
 _TRIES = 4000
 
 
-def points(setting: Setting, relations: Sequence[Relation], count: int, seed: int = 1,
-           size: int = 97) -> list[dict[str, Fraction]]:
+def points(setting: Setting, relations: Sequence[Relation], count: int, seed: int = 1, size: int = 97,
+           zeros: bool = False) -> list[dict[str, Fraction]]:
     """Random points of small integers at which the hypotheses hold and the relations have values, case after case.
+
+    Without ``zeros`` no value of a free name is 0, so that no term is hidden by another.
 
     Raises
     ------
     InputError
         If none is found: the hypotheses may contradict each other.
     """
-    return [point for point, _ in islice(_points(setting, relations, seed, size), count)]
+    return [point for point, _ in islice(_points(setting, relations, seed, size, zeros), count)]
 
 
-def _points(setting: Setting, relations: Sequence[Relation], seed: int,
-            size: int) -> Iterator[tuple[dict[str, Fraction], bool]]:
+def _points(setting: Setting, relations: Sequence[Relation], seed: int, size: int,
+            zeros: bool) -> Iterator[tuple[dict[str, Fraction], bool]]:
     """Points, each with whether all relations are true there."""
     random = Random(seed)
     variables = setting.free(*relations)
@@ -46,7 +48,7 @@ def _points(setting: Setting, relations: Sequence[Relation], seed: int,
         largest = 9 if small else size
         point = {}
         for name in variables:
-            value = 0 if small and name not in signs and random.random() < 0.5 else random.randint(1, largest)
+            value = 0 if zeros and small and name not in signs and random.random() < 0.5 else random.randint(1, largest)
             negative = signs.get(name, "")[:1] == "<" or (signs.get(name, "")[:1] != ">" and random.random() < 0.5)
             point[name] = case.get(name, Fraction(-value if negative else value))
         answer = truth(setting, others if not case else hypotheses, relations, point)
@@ -79,7 +81,7 @@ def counterexample(setting: Setting, relation: Relation) -> dict[str, Fraction] 
     """
     hypotheses = setting.hypotheses_for(setting.free(relation))
     tries = (2 if relation.op == "=" else 60) * len(setting.cases)
-    for point, answer in islice(_points(setting, [relation], 1, 97), tries):
+    for point, answer in islice(_points(setting, [relation], 1, 97, relation.op != "="), tries):
         if not answer:
             fixed = {name for case in setting.cases for name in case}
             return _simpler(setting, hypotheses, relation, point, [name for name in point if name not in fixed])

@@ -40,12 +40,14 @@ def test_json_lists_5_6_12_and_14_row_by_row(capsys: pytest.CaptureFixture[str])
 
 
 def test_an_unknown_id_or_subject_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
-    for words, says in ((["derive", "eq99"], "no entry begins with 'eq99'"), (["derive", "--subject", "x"], "there are paper, kubota")):
-        assert cli.main(words) == 2
+    for words, says in ((["eq99"], "no entry begins with 'eq99'"), (["--subject", "x"], "there are paper, kubota")):
+        assert cli.main(["derive", *words]) == 2
         assert says in capsys.readouterr().err
 
 
-def test_a_verdict_that_is_not_expected_is_exit_code_1(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_verdict_that_is_not_expected_is_exit_code_1(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str],
+) -> None:
     wrong = Claim("wrong", "(6)", "a slip", Verdict.HOLDS, machine(), printed="z_1_dot = R_s/sigma*i_ds + u_ds/sigma")
     monkeypatch.setattr(book, "claims", lambda: (wrong,))
     assert cli.main(["derive"]) == 1

@@ -30,8 +30,9 @@ def _candidate(x_tilde: Any, a_tilde: Any, g: Any) -> Any:
     return x_tilde**2 / 2 + a_tilde**2 / (2 * g)
 
 
-WHERE = with_lyapunov(error_setting("mine", "a first-order system", _plant, _observer, ("g > 0", "k > 0", "a > 0"), units=UNITS),
-                      _candidate, unit="A^2")
+WHERE = with_lyapunov(
+    error_setting("mine", "a first-order system", _plant, _observer, ("g > 0", "k > 0", "a > 0"), units=UNITS),
+    _candidate, unit="A^2")
 
 
 def test_an_audit_from_plain_functions() -> None:

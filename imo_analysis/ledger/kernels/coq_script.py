@@ -156,7 +156,8 @@ def _proof(question: Question) -> str:
     quantified = f"forall {bound} : R,\n" if bound else ""
     statement = quantified + "".join(f"  {one} ->\n" for one in premises) + f"  {_relation(relation)}"
     # while defined names are still names, sums in denominators are easily seen not to be zero; afterwards they are not
-    sums = _sums_below([*(tree for one in trees for tree in (one.left, one.right)), *(setting.definitions[name] for name in used)])
+    sides = [tree for one in trees for tree in (one.left, one.right)]
+    sums = _sums_below([*sides, *(setting.definitions[name] for name in used)])
     facts = "".join(f"try assert ({coq_text(one)} <> 0) by sum_not_zero. " for one in sums)
     if question.kind == "identity":
         proof = f"{'intros. ' if facts else ''}{facts}prepare; by_field."
