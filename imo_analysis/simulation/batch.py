@@ -10,6 +10,7 @@ import os
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -29,7 +30,8 @@ from imo_analysis.study_tables import Load, Reference
 Array = NDArray[np.float64]
 MACHINE_FIELDS = ("n_p", "R_s", "R_r", "L_m", "L_s", "L_r", "J", "B")
 DRIVE_FIELDS = ("flux", *DRIVE[1:6], "flux_modulation")
-_STRETCH = 20_000
+_STRETCH = 5_000
+_GROUPS = 8
 
 
 @dataclass(frozen=True)
@@ -99,7 +101,7 @@ def run_batch(
     jobs : int, optional
         Threads; one for each processor where left out.
     progress : callable, optional
-        Called with the number of machine-samples done since the last call.
+        Called with the number of lane-samples done since the last call, those of lanes that fill up a block included.
 
     Returns
     -------
@@ -116,19 +118,23 @@ def run_batch(
     window = window or (0, simulation.samples)
     run = kernel.run
     sampled = 1.0 if study.sensors.sampling == "sampled" else 0.0
-    lengths = (len(study.reference.time), len(study.load_torque.time))
+    entries = len(study.reference.time)
 
-    def block(n: int, first: int, samples: int, given: tuple[Any, ...]) -> int:
-        run(first, samples, every, T / simulation.substeps, simulation.substeps, BOUND, window, band, sampled, *given,
-            tables[n], rows[n])
-        return samples * min(WIDTH, machines - n * WIDTH)
+    jobs = min(jobs or processors(), blocks)
+    # a stretch of inputs stays in the processor's cache while the blocks of a group pass by
+    groups = np.array_split(np.arange(blocks), min(blocks, _GROUPS * jobs))
 
-    with ThreadPoolExecutor(jobs or processors()) as pool:
+    def group(members: NDArray[Any], first: int, samples: int, given: tuple[Any, ...]) -> int:
+        for n in members:
+            run(first, samples, every, T / simulation.substeps, simulation.substeps, BOUND, window, band, sampled, *given,
+                tables[n], rows[n])
+        return samples * len(members) * WIDTH
+
+    with ThreadPoolExecutor(jobs) as pool:
         for first in range(0, simulation.samples, _STRETCH):
             samples = min(_STRETCH, simulation.samples - first)
-            given = _outside(study, first, samples, lengths[0])
-            for done in pool.map(lambda n, first=first, samples=samples, given=given: block(n, first, samples, given),
-                                 range(blocks)):
+            work = partial(group, first=first, samples=samples, given=_outside(study, first, samples, entries))
+            for done in map(work, groups) if jobs == 1 else pool.map(work, groups):
                 if progress:
                     progress(done)
     return _summary(study, kernel, order, rows.reshape(blocks, kernel.rows, WIDTH), machines, window)
@@ -239,7 +245,7 @@ def _outside(study: Study, first: int, samples: int, entries: int) -> tuple[Any,
     return np.array([omega, load + entries + 1]), np.array([to_omega, to_load]), sine, noise
 
 
-def place(table: Reference | Load, time: Array, sample_time: float) -> tuple[NDArray[np.int64], Array]:
+def place(table: Reference | Load, time: NDArray[Any], sample_time: float) -> tuple[NDArray[np.int64], Array]:
     """Entry of a table in force at each time, and how far it is on its way to the next."""
     nodes = np.array(table.time)
     if table.shape == "steps":

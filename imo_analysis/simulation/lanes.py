@@ -233,13 +233,16 @@ class Lanes:
         self, outside: dict[str, str], control: list[str], parts: list[tuple[list[str], list[str]]], tallies: list[str]
     ) -> str:
         lines = [
-            "from imo_analysis.simulation.stack import align_stack",
+            "from numba import carray",
+            "from imo_analysis.simulation.stack import stack_memory",
             "", "",
             *combine(MACHINE_STATES, *(len(kind.states) for kind in self.kinds))[:-1],
             *(line for function, _ in parts for line in function),
             '@njit(cache=True, error_model="numpy", nogil=True)',
-            "def run(start, samples, every, h, substeps, bound, window, band, sampled, piece, share, sine, noise, tables, rows):",
-            "    align_stack()",
+            "def run(start, samples, every, h, substeps, bound, window, band, sampled, piece, share, sine, noise, tables, kept):",
+            f"    rows = carray(stack_memory({self.rows * WIDTH}), ({self.rows * WIDTH},))",
+            f"    for j in range({self.rows * WIDTH}):",
+            "        rows[j] = kept[j]",
             "    wait = -start % every",
             "    for k in range(samples):",
             f"        here, there = piece[0, k] * {WIDTH}, piece[1, k] * {WIDTH}",
@@ -268,6 +271,8 @@ class Lanes:
             "        wait -= 1",
             "        for _ in range(substeps):",
             *(line for _, step in parts for line in (f"            for l in range({WIDTH}):", *_indented(4, step))),
+            f"    for j in range({self.rows * WIDTH}):",
+            "        kept[j] = rows[j]",
             "",
         ]
         return self._placed("\n".join(lines))
@@ -302,15 +307,19 @@ def _at_held(name: str) -> str:
 
 
 def _stages(rates: str, first: int, count: int, arguments: list[str], keep: bool = False) -> list[str]:
-    """One classical Runge-Kutta step of the states from number ``first`` on; ``keep`` stores the first two at each stage."""
+    """One classical Runge-Kutta step of the states from number ``first`` on; ``keep`` stores the first two at each stage.
+
+    The rates are summed up as they come, which leaves fewer numbers to hold than `kernel` has, for its order of additions.
+    """
     states = [f"rows[STATE{first + j} + l]" for j in range(count)]
     lines = [f"s = ({', '.join(states)})"]
-    for stage, at in enumerate(("s", "h / 2", "h / 2", "h"), 1):
-        lines.append(f"s_{stage} = " + ("s" if stage == 1 else f"move_{count}(s, {at}, k_{stage - 1})"))
+    for stage, step in enumerate(("", "h / 2", "h / 2", "h")):
+        lines.append("at = " + (f"move_{count}(s, {step}, k)" if stage else "s"))
         if keep:
-            lines += [f"rows[STAGE{2 * stage - 2 + j} + l] = s_{stage}[{j}]" for j in range(2)]
-        lines.append(f"k_{stage} = {rates}(s_{stage}, {arguments[stage - 1]})")
-    return [*lines, f"s = step_{count}(s, h / 6, k_1, k_2, k_3, k_4)", *[f"{state} = s[{j}]" for j, state in enumerate(states)]]
+            lines += [f"rows[STAGE{2 * stage + j} + l] = at[{j}]" for j in range(2)]
+        lines.append(f"k = {rates}(at, {arguments[stage]})")
+        lines.append(f"total = {('k', f'move_{count}(total, 2.0, k)', f'move_{count}(total, 2.0, k)', f'move_{count}(total, 1.0, k)')[stage]}")
+    return [*lines, f"s = move_{count}(s, h / 6, total)", *[f"{state} = s[{j}]" for j, state in enumerate(states)]]
 
 
 def _tally(n: int, first: int, count: int) -> str:

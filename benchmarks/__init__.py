@@ -1,0 +1,1 @@
+"""How fast the simulator is, beside hand-written C and the usual Python ways: ``python -m benchmarks``."""

@@ -1,0 +1,214 @@
+"""``python -m benchmarks``: the table of ratios, everything measured side by side in this run.
+
+Contenders take turns in many short stretches; a figure is the median of the ratios of neighbouring stretches, in CPU time of
+this process (wall time for threads). Other work on the machine then disturbs both sides alike. Absolute times are given beside
+the ratios for orientation only.
+"""
+
+from __future__ import annotations
+
+import argparse
+import gc
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks import c_code, contenders
+from imo_analysis.simulation.batch import processors, run_batch
+from imo_analysis.simulation.run import simulate_labelled
+
+
+def ratio(
+    one: Callable[[], Any], other: Callable[[], Any], repeats: int, clock: Callable[[], float] = time.process_time
+) -> tuple[float, float, float]:
+    """Median of time(one) / time(other) over neighbouring stretches, and the median times in s; one call of each goes before."""
+    one()
+    other()
+    times = []
+    gc.disable()
+    for n in range(repeats):
+        pair = []
+        for function in (one, other) if n % 2 else (other, one):
+            start = clock()
+            function()
+            pair.append(clock() - start)
+        times.append(pair if n % 2 else pair[::-1])
+    gc.enable()
+    values = np.array(times)
+    return float(np.median(values[:, 0] / values[:, 1])), *(float(value) for value in np.median(values, axis=0))
+
+
+def row(what: str, value: float, bound: float, least: bool, detail: str) -> dict[str, Any]:
+    """A line of the table; ``least`` where the bound is a lower one."""
+    return {"figure": what, "value": value, "bound": bound, "at_least": least, "reached": value >= bound if least else value <= bound,
+            "detail": detail}
+
+
+def one_loop(quick: bool) -> list[dict[str, Any]]:
+    """One closed loop against C, and against Python's ways."""
+    rows = []
+    long = contenders.task(2000)
+    per_second = 1e3 / long.seconds
+    repeats = 40 if quick else 200
+    if c_code.compiler():
+        value, mine, theirs = ratio(lambda: contenders.ours(long), lambda: contenders.c_single(long), repeats)
+        rows.append(row("one closed loop / hand-written C", value, 1.10, False,
+                        f"{mine * per_second:.3g} and {theirs * per_second:.3g} ms per second of motor time"))
+    else:
+        print("no C compiler found (CC, cc, gcc, clang): the comparisons with C are left out", file=sys.stderr)
+    short = contenders.task(100, settled=0.5)
+    exact = contenders.exact(short)
+
+    def error(states: np.ndarray) -> float:
+        return float(np.max(np.abs(states - exact)) / np.max(np.abs(exact)))
+
+    error_of_ours = error(contenders.ours(short))
+    many = 200
+
+    def ours() -> None:
+        for _ in range(many):
+            contenders.ours(short)
+
+    ways: list[tuple[str, Callable[[], Any], float | None, float]] = [
+        ("scipy solve_ivp per sample", lambda: contenders.scipy_per_sample(short, 1e-3), None, 500),
+        ("python-control, input_output_response per sample", lambda: contenders.control_per_sample(short, 1e-3), None, 500),
+        ("python-control, one call, rtol 1e-3", lambda: contenders.control_in_one(short, 1e-3), None, 500),
+    ]
+    try:
+        import motulator  # noqa: F401
+        ways.append(("motulator at 10 kHz, its own drive", lambda: contenders.motulator(short.seconds), float("nan"), 1000))
+    except ImportError:
+        print("motulator is not installed (extra bench): left out", file=sys.stderr)
+    for name, way, wrong, bound in ways:
+        value, theirs, _ = ratio(way, ours, 3 if quick else 7)
+        wrong = error(way()) if wrong is None else wrong
+        accuracy = "" if np.isnan(wrong) else f"; largest scaled error {wrong:.0e}, ours {error_of_ours:.0e}"
+        rows.append(row(f"{name} / ours", value * many, bound, True, f"{theirs / short.seconds * 1e3:.4g} ms per second{accuracy}"))
+    value, theirs, _ = ratio(lambda: contenders.plain_python(short), ours, 3 if quick else 7)
+    rows.append(row("the same definitions, not compiled / ours", value * many, 1, True, f"{theirs / short.seconds * 1e3:.4g} ms per second"))
+    return rows
+
+
+def batches(quick: bool) -> list[dict[str, Any]]:
+    """1,024 different machines and gains against C over lanes, and two threads against one."""
+    rows = []
+    machines = 1024
+    samples = 2000 if quick else 5000
+    task = contenders.task(samples)
+    values = contenders.different(task.study, machines)
+    per = 1e3 / machines / task.seconds
+    if c_code.compiler():
+        other = contenders.CLanes(task, values)
+        value, mine, theirs = ratio(lambda: contenders.batch(task, values), other, 9 if quick else 25)
+        rows.append(row("1,024 different machines, one thread / C over lanes", value, 1.20, False,
+                        f"{mine * per:.3g} and {theirs * per:.3g} ms per machine and second"))
+    threads = min(2, processors())
+    value, one, two = ratio(lambda: contenders.batch(task, values, 1), lambda: contenders.batch(task, values, threads),
+                            7 if quick else 25, time.perf_counter)
+    rows.append(row("two threads against one, wall time", value, 1.8, True,
+                    f"{one * per:.3g} and {two * per:.3g} ms per machine and second; load of the machine {os.getloadavg()[0]:.1f}"))
+    return rows
+
+
+def growth(quick: bool) -> list[dict[str, Any]]:
+    """Cost and memory against length and number."""
+    rows = []
+    study = contenders.task(100).study
+    longest = 100 if quick else 1000
+
+    def single(seconds: float) -> Callable[[], Any]:
+        lengthened = study.changed({"simulation.duration": seconds, "simulation.record_every": 1000})
+        return lambda: simulate_labelled(lengthened)
+
+    value, long, short = _against(single(longest), single(1.0), longest)
+    rows.append(row(f"cost of {longest} s / {longest} times 1 s", value, 1.10, False, f"{long / longest * 1e3:.3g} and {short * 1e3:.3g} ms per second"))
+    least, most = 1_000, 10_000 if quick else 100_000
+    short_study = study.changed({"simulation.duration": 0.02, "reference": {"time": [0.0], "omega": [20.0]}})
+
+    def many(count: int) -> Callable[[], Any]:
+        chunk = contenders.different(short_study, 1000)
+        return lambda: [run_batch(short_study, chunk, nominal=True, jobs=1) for _ in range(count // 1000)]
+
+    before = _memory()
+    value, long, short = _against(many(most), many(least), most // least)
+    rows.append(row(f"cost of {most:,} machines / {most // least} times {least:,}", value, 1.10, False,
+                    f"{long / most * 1e6:.3g} and {short / least * 1e6:.3g} us per machine"))
+    rows.append(row(f"peak memory after {most:,} machines / after {least:,}", _memory() / before, 1.10, False, f"{_memory() / 1e6:.0f} MB"))
+    return rows
+
+
+def _against(large: Callable[[], Any], small: Callable[[], Any], factor: int) -> tuple[float, float, float]:
+    """Cost of one large task over that of ``factor`` small ones, measured around it; CPU seconds of each."""
+    small()
+    values = []
+    for _ in range(3):
+        times = [_timed(small) for _ in range(10)]
+        long = _timed(large)
+        times += [_timed(small) for _ in range(10)]
+        values.append((long / (factor * float(np.median(times))), long, float(np.median(times))))
+    middle = sorted(values)[1]
+    return middle
+
+
+def _timed(function: Callable[[], Any]) -> float:
+    start = time.process_time()
+    function()
+    return time.process_time() - start
+
+
+def _memory() -> float:
+    import resource
+
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1.0 if sys.platform == "darwin" else 1024.0)
+
+
+def command(quick: bool) -> list[dict[str, Any]]:
+    """The whole command ``imo simulate`` on the paper's study of 60 s, in a fresh process with a warm cache."""
+    import resource
+
+    with tempfile.TemporaryDirectory() as folder:
+        arguments = [sys.executable, "-m", "imo_analysis.cli", "simulate", "--out", str(Path(folder) / "run.nc")]
+        walls, cpus = [], []
+        for n in range(4 if quick else 8):
+            usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+            start = time.perf_counter()
+            subprocess.run(arguments, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            wall = time.perf_counter() - start
+            after = resource.getrusage(resource.RUSAGE_CHILDREN)
+            if n:  # the first fills the cache
+                walls.append(wall)
+                cpus.append(after.ru_utime + after.ru_stime - usage.ru_utime - usage.ru_stime)
+    return [row("imo simulate, 60 s, whole command, seconds", float(np.median(walls)), 2.5, False,
+                f"{np.median(cpus):.2f} s of CPU; load of the machine {os.getloadavg()[0]:.1f}")]
+
+
+def main() -> int:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__.splitlines()[0].split(": ")[1])
+    parser.add_argument("--quick", action="store_true", help="fewer repeats and shorter runs: a minute instead of several")
+    parser.add_argument("--json", metavar="FILE", help="write the rows as JSON")
+    arguments = parser.parse_args()
+    rows = []
+    print(f"| {'figure':<62} | {'measured':>9} | {'to reach':>9} |    | {'beside it'} |\n|{'-' * 64}|{'-' * 11}|{'-' * 11}|----|---|")
+    for part in (one_loop, batches, growth, command):
+        for line in part(arguments.quick):
+            rows.append(line)
+            sign = ">=" if line["at_least"] else "<="
+            value = f"{line['value']:.3g}" if line["value"] < 1000 else f"{line['value']:,.0f}"
+            print(f"| {line['figure']:<62} | {value:>9} | {sign} {line['bound']:>6,g} | {'ok' if line['reached'] else 'no'} | {line['detail']} |",
+                  flush=True)
+    if arguments.json:
+        Path(arguments.json).write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
