@@ -1,4 +1,4 @@
-"""The central findings once more, by complex arithmetic and small steps (tests/oracles/oracle_errors.py), without the ledger."""
+"""The central findings once more, by complex arithmetic and small steps (oracle_errors.py), without the ledger."""
 
 from __future__ import annotations
 
@@ -42,8 +42,13 @@ def test_derivative_of_13_has_the_term_that_the_text_drops(seed):
     rates = error_rates(case, *errors, "consistent_12", case.k_2 * (case.omega - errors[4]))
 
     def V(e, z, xi, a, w):
-        return (abs(e) ** 2 / 2 + case.omega / (2 * case.k_2 * (case.omega - w)) * abs(z) ** 2 + case.alpha / (2 * case.k_3) * abs(xi) ** 2
-                + a**2 / (2 * case.g) + w**2 / (2 * case.K_p))
+        return (
+            abs(e) ** 2 / 2
+            + case.omega / (2 * case.k_2 * (case.omega - w)) * abs(z) ** 2
+            + case.alpha / (2 * case.k_3) * abs(xi) ** 2
+            + a**2 / (2 * case.g)
+            + w**2 / (2 * case.K_p)
+        )
 
     bound = -(case.k_1 + case.rate) * abs(errors[0]) ** 2
     gain = case.omega * rates[4] / (2 * case.k_2 * (case.omega - errors[4]) ** 2) * abs(errors[1]) ** 2
@@ -58,8 +63,13 @@ def test_repair_2_and_what_it_conserves(seed, direction):
     rates = error_rates(case, *errors, "consistent_12", case.k_2 * direction)
 
     def V(e, z, xi, a, w):
-        return (abs(e) ** 2 / 2 + abs(case.omega) / (2 * case.k_2) * abs(z) ** 2 + case.alpha / (2 * case.k_3) * abs(xi) ** 2
-                + a**2 / (2 * case.g) + w**2 / (2 * case.K_p))
+        return (
+            abs(e) ** 2 / 2
+            + abs(case.omega) / (2 * case.k_2) * abs(z) ** 2
+            + case.alpha / (2 * case.k_3) * abs(xi) ** 2
+            + a**2 / (2 * case.g)
+            + w**2 / (2 * case.K_p)
+        )
 
     assert slope(V, errors, rates) == pytest.approx(-(case.k_1 + case.rate) * abs(errors[0]) ** 2, rel=1e-6)
     assert abs(case.k_3 * rates[1] - 1j * case.k_2 * direction * rates[2]) < 1e-12
@@ -93,15 +103,51 @@ def test_ledger_and_oracle_agree_on_the_rates():
     """The traced settings and the complex equations, at random rational points."""
     r = random.Random(3)
     where = repaired()
-    point = {name: Fraction(r.randint(1, 9)) for name in (
-        "R_s", "L_m", "sigma", "beta", "alpha", "omega", "k_1", "kappa", "k_3", "g", "K_p", "i_ds", "i_qs", "z_1", "z_2", "u_ds", "u_qs",
-        *(f"{one}_tilde" for one in (*NAMES, "xi_1", "xi_2", "alpha", "omega")))}
+    point = {
+        name: Fraction(r.randint(1, 9))
+        for name in (
+            "R_s",
+            "L_m",
+            "sigma",
+            "beta",
+            "alpha",
+            "omega",
+            "k_1",
+            "kappa",
+            "k_3",
+            "g",
+            "K_p",
+            "i_ds",
+            "i_qs",
+            "z_1",
+            "z_2",
+            "u_ds",
+            "u_qs",
+            *(f"{one}_tilde" for one in (*NAMES, "xi_1", "xi_2", "alpha", "omega")),
+        )
+    }
     values = where.values({**point, "direction": Fraction(1)})
     v = {name: float(value) for name, value in point.items()}
-    case = Case(v["R_s"] / v["sigma"], 1 + v["beta"] * v["L_m"], v["alpha"], v["omega"], v["k_1"], v["kappa"], v["k_3"], v["g"], v["K_p"],
-                complex(v["i_ds"], v["i_qs"]), complex(v["z_1"], v["z_2"]))
-    errors = (complex(v["i_ds_tilde"], v["i_qs_tilde"]), complex(v["z_1_tilde"], v["z_2_tilde"]),
-              complex(v["xi_1_tilde"], v["xi_2_tilde"]), v["alpha_tilde"], v["omega_tilde"])
+    case = Case(
+        v["R_s"] / v["sigma"],
+        1 + v["beta"] * v["L_m"],
+        v["alpha"],
+        v["omega"],
+        v["k_1"],
+        v["kappa"],
+        v["k_3"],
+        v["g"],
+        v["K_p"],
+        complex(v["i_ds"], v["i_qs"]),
+        complex(v["z_1"], v["z_2"]),
+    )
+    errors = (
+        complex(v["i_ds_tilde"], v["i_qs_tilde"]),
+        complex(v["z_1_tilde"], v["z_2_tilde"]),
+        complex(v["xi_1_tilde"], v["xi_2_tilde"]),
+        v["alpha_tilde"],
+        v["omega_tilde"],
+    )
     rates = error_rates(case, *errors, "consistent_12", case.k_2)
     flat = [rates[0].real, rates[0].imag, rates[1].real, rates[1].imag, rates[2].real, rates[2].imag, rates[3], rates[4]]
     for name, rate in zip((*NAMES, "xi_1", "xi_2", "alpha", "omega"), flat, strict=True):
