@@ -15,7 +15,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The options."""
     parser.add_argument("study", nargs="?", help="study file (TOML); the paper's own study when left out")
     parser.add_argument("--out", default="imo-report", metavar="DIR", help="folder to write to (default: imo-report)")
-    parser.add_argument("--without-runs", action="store_true", help="leave out NetCDF and CSV of runs and pole sweep (20 MB)")
+    parser.add_argument("--small", action="store_true", help="leave out runs and pole sweep (20 MB) and the figures' own files")
     parser.add_argument("--quiet", action="store_true", help="no lines of progress")
 
 
@@ -33,7 +33,7 @@ def run(args: argparse.Namespace) -> int:
         if not args.quiet:
             print(f"[{time.perf_counter() - start:5.1f} s] {text}", file=sys.stderr, flush=True)
 
-    written = write_dossier(study, args.out, note, not args.without_runs)
+    written = write_dossier(study, args.out, note, args.small)
     figures = sum(name.endswith(".svg") for name, _ in written.files)
     verdicts = ", ".join(f"{number} {word}" for word, number in counts(written.entries).items())
     faults = [fault for entry in written.entries for fault in entry.errors]

@@ -39,7 +39,7 @@ class Written:
     found: list[str]
 
 
-def write_dossier(study: Study, out: str | Path, note: Callable[[str], None], runs: bool = True) -> Written:
+def write_dossier(study: Study, out: str | Path, note: Callable[[str], None], small: bool = False) -> Written:
     """Compute and write the whole dossier.
 
     Parameters
@@ -49,8 +49,8 @@ def write_dossier(study: Study, out: str | Path, note: Callable[[str], None], ru
         The folder to make or to renew; files in it that the dossier does not write stay.
     note : callable
         Told what is being done, a line each.
-    runs : bool
-        Whether the runs and the pole sweep are written beside the page, as NetCDF and CSV: some 20 MB.
+    small : bool
+        Leave out what is beside the page in bulk: runs and pole sweep as NetCDF and CSV, and the figures as files.
 
     Raises
     ------
@@ -66,9 +66,9 @@ def write_dossier(study: Study, out: str | Path, note: Callable[[str], None], ru
     except OSError:
         work = Path(tempfile.mkdtemp(prefix=".unfinished.", dir=out))
     try:
-        for name in ("figures", "runs"):
+        for name in () if small else ("figures", "runs"):
             (work / name).mkdir()
-        written = _compute(study, work, note, runs)
+        written = _compute(study, work, note, not small)
         _move(work, out)
     except OSError as error:
         raise InputError(f"cannot write {out}: {error.strerror or error}; choose another place with --out") from None
@@ -100,6 +100,7 @@ def _compute(
     from imo_analysis.report.chapters.theorem import theorem_chapter
     from imo_analysis.report.chapters.verdicts import first_screen
     from imo_analysis.report.checks import beside, collect
+    from imo_analysis.report.growth import growth
     from imo_analysis.report.identifiability import identifiability
     from imo_analysis.report.page import Html, page
     from imo_analysis.report.pencils import pencils
@@ -114,6 +115,7 @@ def _compute(
         note("pencils: poles at the speeds of Table II and over the sweep")
         poles = pencils(study, work, runs)
         lost = divergences(study, note)
+        grown = growth(study, work)
         scenarios = [run_scenario(study, name, work, note, runs) for name in scenario_names(study)]
         note("waiting for the seeded faults and the proofs on Table II")
         proved = collect(worker, work / "checks.json")
@@ -124,14 +126,14 @@ def _compute(
     files += [one for scenario in scenarios for one in scenario.files]
     found = [*poles.found, *findings(study, scenarios)]
     chapters = [
-        ledger_chapter(entries, proved), notation_chapter(), machine_chapter(study.machine), theorem_chapter(entries),
+        ledger_chapter(entries, proved), notation_chapter(), machine_chapter(study.machine), theorem_chapter(entries, *grown),
         pencils_chapter(poles, proved), simulations_chapter(study, scenarios, lost),
         excitation_chapter(_judged(scenarios), scenarios, possible), reproduce_chapter(study, files),
     ]
     title = f"imo report: {study.title}"
     footer = Html("Made by <code>imo report</code>. Formulas are set in a subset of STIX Math (SIL Open Font License 1.1).")
     (work / "index.html").write_text(page(title, first_screen(study, entries, found), chapters, footer), encoding="utf-8")
-    files += sorted((str(path.relative_to(work)), "figure") for path in (work / "figures").iterdir())
+    files += sorted((str(path.relative_to(work)), "figure") for path in work.glob("figures/*"))
     return files, entries, found
 
 
@@ -139,7 +141,7 @@ def _judged(scenarios: Sequence[Scenario]) -> list[ExcitationResult]:
     """The excitation along all runs; the figures of the last run are open."""
     found = [one for scenario in scenarios for one in scenario.excitation]
     last = len(scenarios[-1].excitation)
-    return [*found[:-last], *(replace(one, open=True) for one in found[-last:])]
+    return [*found[: len(found) - last], *(replace(one, open=True) for one in found[len(found) - last :])]
 
 
 def _write_json(path: Path, entries: Sequence[Entry]) -> None:

@@ -69,10 +69,12 @@ def _convert(latex: str, display: bool) -> str:
                 cell.attrib.pop("columnalign", None)
                 side = "left" if column % 2 else "right"
                 cell.set("style", f"text-align: {side}; padding-{side}: 0.1em")
-    root.set("alttext", latex)
+    root.attrib.pop("display", None)
     if display:
         root.set("displaystyle", "true")
-    return ET.tostring(root, encoding="unicode", short_empty_elements=False)
+        root.set("alttext", latex)
+    # HTML knows the element without its namespace, and a page has thousands of them
+    return ET.tostring(root, encoding="unicode", short_empty_elements=False).replace(f' xmlns="{_SPACE}"', "")
 
 
 def _characters(written: str) -> str:

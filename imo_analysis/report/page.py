@@ -88,14 +88,14 @@ def table(head: Sequence[object], rows: Iterable[Sequence[object]], caption: str
 
 
 def figure(svg: str, caption: str, alt: str, file: str) -> Html:
-    """A figure inside the page (as data, so that its ids and styles stay its own), with a link to the file beside it."""
+    """A figure inside the page (as data, so that its ids and styles stay its own), with a link to its file if there is one."""
     data = quote(svg[svg.index("<svg") :].replace("\n", " "), safe=" =:;,./()-_*'?@&+!$~[]|")
     size = re.search(r'viewBox="0 0 (\S+) (\S+)"', svg)
     place = f' width="{float(size[1]):.0f}" height="{float(size[2]):.0f}"' if size else ""
     said = html.escape(alt, quote=True)
     image = Html(f'<img alt="{said}" loading="lazy"{place} src="data:image/svg+xml,{html.escape(data)}">')
-    link = tag("a", file, href=file)
-    return tag("figure", image, tag("figcaption", inline(caption), Html(" File: "), link, "."))
+    link = tag("span", " File: ", tag("a", file, href=file), ".") if file else ""
+    return tag("figure", image, tag("figcaption", inline(caption), link))
 
 
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")

@@ -24,7 +24,7 @@ CSV_SAMPLES = 3000
 
 @dataclass(frozen=True)
 class Drawn:
-    """A figure as SVG text, its caption, and its file beside the page."""
+    """A figure as SVG text, its caption, and its file beside the page, if any."""
 
     svg: str
     caption: str
@@ -80,7 +80,7 @@ class Divergence:
 
 def scenario_names(study: Study) -> list[str]:
     """The scenarios that are drawn as runs; of a study without any, the study itself under the empty name."""
-    return [name for name in study.scenarios if name != "divergence"] or [""]
+    return [name for name in study.scenarios if name not in ("divergence", "lyapunov")] or [""]
 
 
 def run_scenario(study: Study, name: str, folder: Path, note: Callable[[str], None], runs: bool = True) -> Scenario:
@@ -121,7 +121,8 @@ def run_scenario(study: Study, name: str, folder: Path, note: Callable[[str], No
     figures.append(keep(folder, f"{label}-flux", _figures().flux_error_figure(run, observers),
                          "Length of the error of the estimated rotor flux, relative to the flux."))
     note(f"{label}: excitation")
-    judged = list(_excitation(run, chosen, label, folder, adaptive[:1] or ["plant"]))
+    fits = study.excitation.window <= chosen.simulation.duration
+    judged = list(_excitation(run, chosen, label, folder, adaptive[:1] or ["plant"])) if fits else []
     command = f"imo simulate study.toml --scenario {name} --out {label}.nc" if name else "imo simulate study.toml --out run.nc"
     return Scenario(label, chosen.title, command, figures, windows, _resting(run, chosen), judged,
                     drift_rows(explained, chosen), drawn, files)
@@ -134,10 +135,12 @@ def _figures() -> Any:
 
 
 def keep(folder: Path, name: str, figure: Figure, caption: str) -> Drawn:
-    """Write a figure to ``folder``/figures and keep its text for the page."""
+    """Write a figure to ``folder``/figures, where there is that folder, and keep its text for the page."""
     from imo_analysis.report.style import svg_text
 
     text = svg_text(figure)
+    if not (folder / "figures").is_dir():
+        return Drawn(text, caption, "")
     place = f"figures/{name}.svg"
     (folder / place).write_text(text, encoding="utf-8")
     return Drawn(text, caption, place)

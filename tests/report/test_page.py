@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from imo_analysis.report.growth import lyapunov_along
 from imo_analysis.report.metrics import resting, step_responses
 from imo_analysis.report.page import Chapter, Html, inline, number, page, prose, table, tag
 from imo_analysis.report.run_figures import alpha_figure, flux_error_figure, speed_figure, thinned
 from imo_analysis.report.style import svg_text
+from imo_analysis.study import Study
 
 NAMES = ("baseline", "consistent_12")
 
@@ -95,3 +97,27 @@ def test_resting_state() -> None:
     assert first.time == pytest.approx(0.8) and first.flux_error == pytest.approx(0.2)
     assert math.isnan(first.alpha_hat) and math.isnan(first.z_error)
     assert second.alpha_hat == 10.5 and second.z_error == pytest.approx(0.0)  # z = 1 + 4 * 0.5
+
+
+def test_lyapunov_function_along_a_run() -> None:
+    """Against complex arithmetic of its own, on random states."""
+    study = Study.paper()
+    random = np.random.default_rng(3)
+    names = ["consistent_12", "repaired"]
+    plant = {name: random.normal(size=5) for name in ("i_ds", "i_qs", "phi_dr", "phi_qr")} | {"omega": random.uniform(1, 9, 5)}
+    hats = {name: random.normal(size=(2, 5)) for name in (
+        "i_ds_hat", "i_qs_hat", "z_1_hat", "z_2_hat", "xi_1_hat", "xi_2_hat", "alpha_hat", "omega_hat")}
+    data = xr.Dataset({**{k: ("time", v) for k, v in plant.items()}, **{k: (("observer", "time"), v) for k, v in hats.items()}},
+                      coords={"time": np.arange(5.0), "observer": names})
+    i = plant["i_ds"] + 1j * plant["i_qs"]
+    z = i + study.machine.beta * (plant["phi_dr"] + 1j * plant["phi_qr"])
+    for k, name in enumerate(names):
+        gains = study.observers[name].gains
+        current = abs(i - hats["i_ds_hat"][k] - 1j * hats["i_qs_hat"][k]) ** 2
+        z_square = abs(z - hats["z_1_hat"][k] - 1j * hats["z_2_hat"][k]) ** 2
+        xi_square = abs(z - hats["xi_1_hat"][k] - 1j * hats["xi_2_hat"][k]) ** 2
+        alpha, omega = study.machine.alpha, plant["omega"]
+        weight = omega / gains["kappa"] if name == "repaired" else omega / (gains["k_2"] * hats["omega_hat"][k])
+        adapted = (alpha - hats["alpha_hat"][k]) ** 2 / gains["g"] + (omega - hats["omega_hat"][k]) ** 2 / gains["K_p"]
+        expected = (current + weight * z_square + alpha / gains["k_3"] * xi_square + adapted) / 2
+        assert lyapunov_along(data, study, name) == pytest.approx(expected, rel=1e-12)

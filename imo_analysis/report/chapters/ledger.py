@@ -95,7 +95,7 @@ numbers that you can put in by hand, an inequality by a sum of squares. Where ev
 def _faults(checks: dict[str, Any]) -> list[Html]:
     """What became of seeded faults: a check that cannot fail shows nothing."""
     claims, code = checks["mutants"], checks["definition_mutants"]
-    rejected = ", ".join(f"{number} rejected by {_KERNELS.get(kernel, kernel)}" for kernel, number in claims["rejected"].items())
+    rejected = ", ".join(f"{count} rejected by {_KERNELS.get(name, name)}" for name, count in claims["rejected"].items())
     missed = [*claims["missed"], *code["survived"], *(f"no second form: {name}" for name in code["unchecked"])]
     parts = [
         prose(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
 
@@ -9,7 +10,9 @@ from imo_analysis.ledger.claim import Entry
 from imo_analysis.ledger.expression import parse_relation
 from imo_analysis.ledger.latex import relation_latex
 from imo_analysis.report.chapters.ledger import anchor, badge, label
-from imo_analysis.report.page import Chapter, Html, formula, join, prose, table, tag
+from imo_analysis.report.growth import Growth
+from imo_analysis.report.page import Chapter, Html, answer, figure, formula, join, prose, table, tag
+from imo_analysis.report.scenarios import Drawn
 from imo_analysis.report.words import typeset
 
 _PROOF = ("eq12", "eq13", "eq14", "eq15", "projection-inequality", "sign-operator", "eq16", "bounded-from-16", "eq17", "eq18",
@@ -20,8 +23,8 @@ _V = (r"V = \frac{1}{2}|\tilde{i}|^{2} + \frac{\omega}{2 k_2 \hat{\omega}} |\til
 REPAIR = "repair"
 
 
-def theorem_chapter(entries: Sequence[Entry]) -> Chapter:
-    """Propositions IV.2 to IV.4 step by step, and every repair in the ledger."""
+def theorem_chapter(entries: Sequence[Entry], grown: Sequence[Growth], drawn: Drawn | None) -> Chapter:
+    """Propositions IV.2 to IV.4 step by step, V along a run, and every repair in the ledger."""
     repairs = [entry for entry in entries if entry.claim.id.startswith(REPAIR)]
     body = join(
         [
@@ -43,7 +46,10 @@ $\dot{\hat{\omega}} |\tilde{z}|^{2}$ that no sign operator removes, because the 
 $\omega$.
 """
             ),
+            *_growth(grown, drawn),
             _steps(entries, _CONVERGENCE, "Propositions IV.3 and IV.4: convergence"),
+            prose("The argument is told from the beginning, each step with its check, in the project's `derivations`; "
+                  "`imo notebook --out DIR` writes them as notebooks."),
             tag("h3", "Repairs"),
             prose("Each of these has a proof in the ledger; what it costs is said with it.") if repairs else
             prose("The ledger holds no repair."),
@@ -51,6 +57,27 @@ $\omega$.
         ]
     )
     return Chapter("theorem", "Theorem and repairs", "The theorem, what breaks, and the repairs", body)
+
+
+def _growth(grown: Sequence[Growth], drawn: Drawn | None) -> list[Html]:
+    if drawn is None:
+        return []
+    rises = [one for one in grown if one.rise > 1 + 1e-9]
+    falls = [one for one in grown if one.rise <= 1 + 1e-9]
+    sentences = [
+        f"`{one.observer}`: V rises to {one.rise:.3g} times an earlier value."
+        + ("" if math.isnan(one.crossing) else f" At {1e3 * one.crossing:.1f} ms $\\hat{{\\omega}}$ passes zero, where (13) is "
+           "not defined and V grows without bound.")
+        for one in rises
+    ]
+    sentences += [f"`{one.observer}`: V never rises." for one in falls]
+    return [
+        prose("It shows along a trajectory, too. The scenario `lyapunov` of the study holds the speed constant and puts "
+              "everything else of (13) right; V is computed from the run by the definitions that the ledger proves (for the "
+              "repaired observer, its own V)."),
+        figure(drawn.svg, drawn.caption, drawn.caption, drawn.file),
+        answer(*sentences),
+    ]
 
 
 def item_of(entry: Entry) -> str:
