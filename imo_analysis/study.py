@@ -1,9 +1,10 @@
 """The study: everything that a person can vary, in one TOML file, checked before anything is computed.
 
 Tables: ``[machine]``, ``[simulation]``, ``[initial]``, ``[reference]``, ``[load]``, ``[drive]``, ``[sensors]``,
-``[observers.NAME]``, ``[excitation]``, ``[poles]``, ``[replay]``, ``[[windows]]``, and overlays
-``[scenarios.NAME]`` over all of them.
-Their keys are in `imo_analysis.study_tables`; the built-in study of the paper is ``study_paper.toml`` beside this file.
+``[inverter]``, ``[mechanics]``, ``[saturation]``, ``[observers.NAME]``, ``[excitation]``, ``[poles]``, ``[replay]``,
+``[[windows]]``, and overlays ``[scenarios.NAME]`` over all of them.
+Their keys are in `imo_analysis.study_tables` and `imo_analysis.study_realism`; the built-in study of the paper is
+``study_paper.toml`` beside this file.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from pydantic import Field, ValidationError, model_validator
 from imo_analysis.errors import InputError
 from imo_analysis.files import read_toml
 from imo_analysis.machine import InductionMachine, readable
+from imo_analysis.study_realism import Inverter, Mechanics, Saturation, check_realism
 from imo_analysis.study_tables import (
     Drive,
     Excitation,
@@ -56,6 +58,9 @@ class Study(Table):
     load_torque: Load = Field(default=Load(), alias="load")
     drive: Drive
     sensors: Sensors = Sensors()
+    inverter: Inverter = Inverter()
+    mechanics: Mechanics = Mechanics()
+    saturation: Saturation = Saturation()
     observers: dict[str, ObserverSettings] = Field(default={})
     excitation: Excitation = Excitation()
     poles: Poles = Poles()
@@ -70,6 +75,8 @@ class Study(Table):
         if feedback != "measured" and feedback not in self.observers:
             known = ", ".join(["measured", *self.observers])
             raise ValueError(f"drive.feedback = {feedback!r} must be one of: {known}")
+        check_realism(self.machine, self.simulation.sample_time, self.simulation.substeps, self.inverter, self.mechanics,
+                      self.saturation)
         return self
 
     # Reading ---------------------------------------------------------------------------------------------------------
@@ -167,8 +174,12 @@ class Study(Table):
 
     def observer_machine(self, name: str) -> InductionMachine:
         """The machine as the observer of this name believes it to be, with its relative parameter errors."""
-        errors = self.observers[name].errors
-        return self.machine.with_values(**{key: getattr(self.machine, key) * (1 + error) for key, error in errors.items()})
+        return _believed(self.machine, self.observers[name].errors)
+
+    @property
+    def drive_machine(self) -> InductionMachine:
+        """The machine as the drive believes it to be: all of its inertia on a stiff shaft, no saturation."""
+        return _believed(self.machine, self.drive.errors)
 
     # Writing ---------------------------------------------------------------------------------------------------------
     def to_toml(self) -> str:
@@ -207,6 +218,11 @@ def _machine_values(values: Any, where: str, folder: Path | None) -> dict[str, A
         loaded = InductionMachine.load(str((folder or Path()) / name))
         values = {**loaded.model_dump(), **values}
     return values
+
+
+def _believed(machine: InductionMachine, errors: Mapping[str, float]) -> InductionMachine:
+    """The machine with relative errors of its parameters."""
+    return machine.with_values(**{key: getattr(machine, key) * (1 + error) for key, error in errors.items()})
 
 
 def _with_kind(name: str, settings: Any) -> Any:

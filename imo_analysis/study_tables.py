@@ -30,6 +30,8 @@ Current = Annotated[float, BeforeValidator(_si("A"))]
 Voltage = Annotated[float, BeforeValidator(_si("V"))]
 Flux = Annotated[float, BeforeValidator(_si("Wb"))]
 Number = Annotated[float, BeforeValidator(_si("1"))]
+Inertia = Annotated[float, BeforeValidator(_si("kg m^2"))]
+Damping = Annotated[float, BeforeValidator(_si("N m s"))]
 
 
 class Table(BaseModel):
@@ -136,6 +138,8 @@ class Drive(Table):
         Largest magnitude of the voltage (V) and of the current reference (A), both as phase peak values.
     feedback : str
         ``measured``: true speed, flux from the drive's own model; or the name of an observer: its speed and flux.
+    errors : dict of str to float
+        Relative errors of the machine parameters that the drive believes: 0.1 for 1.1 times the machine's value.
     flux_modulation, flux_modulation_frequency : float
         Sine added to the flux reference: amplitude in Wb and frequency in rad/s. Off by default.
     """
@@ -147,8 +151,18 @@ class Drive(Table):
     voltage_limit: Voltage = Field(gt=0)
     current_limit: Current = Field(gt=0)
     feedback: str = "measured"
+    errors: dict[str, float] = {}
     flux_modulation: Flux = Field(default=0.0, ge=0)
     flux_modulation_frequency: Speed = Field(default=0.0, ge=0)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _believed(cls, values: Any) -> Any:
+        if not isinstance(values, dict) or "errors" not in values:
+            return values
+        if not isinstance(values["errors"], dict):
+            raise ValueError(f"errors = {values['errors']!r} must be a table of names and numbers")
+        return {**values, "errors": _relative_errors(values["errors"], (*_ERRORS, "J"), "the drive")}
 
     @model_validator(mode="after")
     def _modulation(self) -> Self:
@@ -171,15 +185,30 @@ class Sensors(Table):
         Standard deviation of the noise of each current in A, one draw a sample.
     current_offset, current_gain : tuple of two floats
         Offset in A, and gain (1 is right), of the d and the q current.
+    current_resolution : float
+        Step in A to which each current is rounded, last of all; 0 for none.
     """
 
     sampling: Literal["continuous", "sampled"] = "continuous"
     current_noise: Current = Field(default=0.0, ge=0)
     current_offset: tuple[Current, Current] = (0.0, 0.0)
     current_gain: tuple[Number, Number] = (1.0, 1.0)
+    current_resolution: Current = Field(default=0.0, ge=0)
 
 
 _ERRORS = ("R_s", "R_r", "L_m", "L_s", "L_r")
+
+
+def _relative_errors(given: dict[str, Any], known: tuple[str, ...], whose: str) -> dict[str, float]:
+    """Relative parameter errors as numbers."""
+    for name in given:
+        if name not in known:
+            raise ValueError(f"errors.{name} is not known for {whose}; it has: {', '.join(known)}")
+    errors = {name: si_value(value, "1", f"errors.{name}") for name, value in given.items()}
+    for name, error in errors.items():
+        if error <= -1:
+            raise ValueError(f"errors.{name} = {error:g} must be above -1 (0.1 means 10 % too large)")
+    return errors
 
 
 class ObserverSettings(Table):
@@ -194,13 +223,18 @@ class ObserverSettings(Table):
     initial : dict of str to float
         Estimates at time 0; zero where not given.
     errors : dict of str to float
-        Relative errors of its machine parameters: 0.1 makes it believe 1.1 times the machine's value.
+        Relative errors of its machine parameters (R_s, R_r, L_m, L_s, L_r): 0.1 makes it believe 1.1 times the machine's
+        value.
+    direction : str
+        Whence it has the direction of rotation, if it needs one: the ``true`` speed, the speed ``reference``, or its own
+        ``estimate``.
     """
 
     kind: str
     gains: dict[str, float]
     initial: dict[str, float] = {}
     errors: dict[str, float] = {}
+    direction: Literal["true", "reference", "estimate"] = "true"
 
     @model_validator(mode="before")
     @classmethod
@@ -214,7 +248,6 @@ class ObserverSettings(Table):
         units: dict[str, dict[str, str]] = {
             "gains": {name: symbol(name).unit for name in observer.gains},
             "initial": {name: symbol(name).unit for name in observer.states},
-            "errors": dict.fromkeys(_ERRORS, "1"),
         }
         values = dict(values)
         for table, known in units.items():
@@ -228,10 +261,10 @@ class ObserverSettings(Table):
         missing = [name for name in observer.gains if name not in values["gains"]]
         if missing:
             raise ValueError(f"gains of {kind} are missing: {', '.join(missing)}")
-        for name, error in values["errors"].items():
-            if error <= -1:
-                raise ValueError(f"errors.{name} = {error:g} must be above -1 (0.1 means 10 % too large)")
-        return values
+        errors = values.get("errors", {})
+        if not isinstance(errors, dict):
+            raise ValueError(f"errors = {errors!r} must be a table of names and numbers")
+        return {**values, "errors": _relative_errors(errors, _ERRORS, kind)}
 
     @property
     def gain_values(self) -> tuple[float, ...]:

@@ -15,10 +15,12 @@ from imo_analysis.equations.catalogue import OBSERVERS
 from imo_analysis.equations.plant import torque
 from imo_analysis.errors import Diverged, InputError
 from imo_analysis.notation import symbol
+from imo_analysis.simulation.composition import extra_arguments, loop_of, machine_state, motor, observer_order
 from imo_analysis.simulation.drive import flux_rates
 from imo_analysis.simulation.inputs import Array, inputs
 from imo_analysis.simulation.kernel import PLANT_STATES, Loop, kernel
 from imo_analysis.simulation.labelled import Labelled, Variable
+from imo_analysis.simulation.saturated_machine import saturated_torque
 from imo_analysis.study import Study
 
 if TYPE_CHECKING:
@@ -32,6 +34,15 @@ FLUX_FLOOR = 0.05
 ESTIMATES = (
     "i_ds_hat", "i_qs_hat", "z_1_hat", "z_2_hat", "xi_1_hat", "xi_2_hat", "alpha_hat", "omega_hat", "phi_dr_hat", "phi_qr_hat",
 )
+# What only some compositions record: unit, meaning and symbol.
+MORE = {
+    "u_ds_told": ("V", "stator voltage as observers and drive are told, d axis", r"u_{ds}^{told}"),
+    "u_qs_told": ("V", "stator voltage as observers and drive are told, q axis", r"u_{qs}^{told}"),
+    "omega_load": ("rad/s", "speed behind the elastic shaft, electrical", r"\omega_L"),
+    "shaft_torque": ("N m", "torque of the elastic shaft on the load", "T_{sh}"),
+    "psi_ds": ("Wb", "stator flux linkage, d axis", r"\psi_{ds}"),
+    "psi_qs": ("Wb", "stator flux linkage, q axis", r"\psi_{qs}"),
+}
 # A run that would need more bytes than this is refused.
 MEMORY = 8e9
 # Samples between two looks at the keyboard and the progress bar.
@@ -72,30 +83,24 @@ def simulate(study: Study, progress: Callable[[int], None] | None = None) -> xr.
 
 def simulate_labelled(study: Study, progress: Callable[[int], None] | None = None) -> tuple[Labelled, Diverged | None]:
     """As `simulate`, without xarray, and with the fault returned beside the run so far."""
-    order = _order(study)
-    loop = Loop(tuple(study.observers[name].kind for name in order), study.drive.feedback != "measured")
+    order, loop = observer_order(study), loop_of(study)
     out, outside, lost = _run(study, order, loop, progress)
     data = _label(study, order, loop, out, outside, lost)
     return data, _diverged(study, order, data, lost) if (lost >= 0).any() else None
-
-
-def _order(study: Study) -> list[str]:
-    """The observers by name, the one that the drive listens to first."""
-    return sorted(study.observers, key=lambda name: name != study.drive.feedback)
 
 
 def drive_parameters(study: Study) -> tuple[float, ...]:
     """The tuple ``d`` of `simulation.drive`."""
     drive = study.drive
     return (study.simulation.sample_time, drive.current_bandwidth, drive.flux_bandwidth, drive.speed_bandwidth,
-            drive.voltage_limit, drive.current_limit, FLUX_FLOOR * drive.flux)
+            min(drive.voltage_limit, study.inverter.longest_voltage), drive.current_limit, FLUX_FLOOR * drive.flux)
 
 
 def initial_state(study: Study) -> tuple[Array, Array]:
     """States of machine and drive at time 0; the drive's own flux starts at the machine's."""
     x = np.array([getattr(study.initial, name) for name in PLANT_STATES])
     flux = (x[2], x[3])
-    return x, np.array([0.0, 0.0, 0.0, *flux, *flux_rates(flux, (x[0], x[1]), x[4], study.machine.plant_parameters)])
+    return x, np.array([0.0, 0.0, 0.0, *flux, *flux_rates(flux, (x[0], x[1]), x[4], study.drive_machine.plant_parameters)])
 
 
 def _run(
@@ -106,6 +111,7 @@ def _run(
     every = simulation.record_every
     run = kernel(loop)
     x, c = initial_state(study)
+    x, c = machine_state(study, loop, x), np.append(c, np.zeros(loop.control_width - len(c)))
     friction = study.machine.B / study.machine.n_p
     each: list[Any] = []
     for name in order:
@@ -129,7 +135,8 @@ def _run(
         row = start // every
         outside[:, row : row + math.ceil(samples / every)] = given[[0, 2], ::every]
         done = run(start, samples, every, simulation.sample_time, simulation.substeps, BOUND, x, c, given, sensor,
-                   study.machine.plant_parameters, friction, drive_parameters(study), out[row:], lost, *each)
+                   motor(study).plant_parameters, friction, drive_parameters(study), out[row:], lost,
+                   *extra_arguments(study, loop), *each)
         if progress:
             progress(done)
         if done < samples:
@@ -147,6 +154,11 @@ def _label(study: Study, order: list[str], loop: Loop, out: Array, outside: Arra
     data: dict[str, Variable] = {name: (time, columns[name], _attributes(name)) for name in (*PLANT_STATES, "u_ds", "u_qs")}
     state = tuple(columns[name] for name in PLANT_STATES)
     data["torque"] = (time, torque(state, machine.n_p, machine.L_m, machine.L_r), _attributes("torque"))
+    data |= {name: (time, columns[name], dict(zip(("units", "long_name", "latex"), MORE[name], strict=True)))
+             for name in loop.more_columns}
+    if loop.saturated:
+        flux = (columns["psi_ds"], columns["psi_qs"])
+        data["torque"] = (time, saturated_torque(flux, state, machine.n_p), _attributes("torque"))
     data["T_l"] = (time, outside[1], _attributes("T_l"))
     data["omega_ref"] = (time, outside[0], {**_attributes("omega"), "long_name": "reference of the rotor speed, electrical",
                                               "latex": r"\omega^*"})
