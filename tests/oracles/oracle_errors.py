@@ -34,7 +34,7 @@ FEEDBACK = {
 
 
 def error_rates(case: Case, e, z, xi, a, w, feedback, gain, sign=1.0):
-    """Rates of the errors (current, z, xi, alpha, omega): true rate minus rate of the estimate, the voltage left out of both."""
+    """Rates of the errors (current, z, xi, alpha, omega): true minus estimate; the voltage cancels and is left out."""
     i_hat, z_hat, xi_hat = case.i - e, case.z - z, case.z - xi
     alpha_hat, omega_hat = case.alpha - a, case.omega - w
     true_i = (
