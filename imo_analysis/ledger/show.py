@@ -113,13 +113,24 @@ def _aligned(printed: str, corrected: str, width: int) -> list[str]:
             below += piece
             marks = marks[:start].ljust(start) + "^" * max(len(piece), len(marks) - start)
     room = max(30, width - 14)
-    lines = []
-    for start in range(0, max(len(above), len(below)), room):
-        part = slice(start, start + room)
+    lines, start, end = [], 0, max(len(above), len(below))
+    while start < end:
+        stop = _break(above, below, start, room)
         for label, text in (("printed", above), ("corrected", below), ("", marks)):
-            if text[part].strip():
-                lines.append(f"  {label if start == 0 else '':<11} {text[part].rstrip()}")
+            if text[start:stop].strip():
+                lines.append(f"  {label if start == 0 else '':<11} {text[start:stop].rstrip()}")
+        start = stop
     return lines
+
+
+def _break(above: str, below: str, start: int, room: int) -> int:
+    """Where to end a line: at the last blank that both texts have, else at the full width."""
+    if start + room >= max(len(above), len(below)):
+        return start + room
+    for stop in range(start + room, start + room // 2, -1):
+        if above[stop - 1:stop] in ("", " ") and below[stop - 1:stop] in ("", " "):
+            return stop
+    return start + room
 
 
 _WORDS = {
