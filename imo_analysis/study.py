@@ -2,7 +2,7 @@
 
 Tables: ``[machine]``, ``[simulation]``, ``[initial]``, ``[reference]``, ``[load]``, ``[drive]``, ``[sensors]``,
 ``[inverter]``, ``[mechanics]``, ``[saturation]``, ``[observers.NAME]``, ``[excitation]``, ``[poles]``, ``[replay]``,
-``[[windows]]``, and overlays ``[scenarios.NAME]`` over all of them.
+``[sweep]``, ``[[windows]]``, and overlays ``[scenarios.NAME]`` over all of them.
 Their keys are in `imo_analysis.study_tables` and `imo_analysis.study_realism`; the built-in study of the paper is
 ``study_paper.toml`` beside this file.
 """
@@ -24,6 +24,7 @@ from imo_analysis.errors import InputError
 from imo_analysis.files import read_toml
 from imo_analysis.machine import InductionMachine, readable
 from imo_analysis.study_realism import Inverter, Mechanics, Saturation, check_realism
+from imo_analysis.study_sweep import Sweep
 from imo_analysis.study_tables import (
     Drive,
     Excitation,
@@ -66,6 +67,7 @@ class Study(Table):
     poles: Poles = Poles()
     replay: Replay = Replay()
     windows: tuple[Window, ...] = ()
+    sweep: Sweep = Sweep()
     scenarios: dict[str, dict[str, Any]] = Field(default={})
     data: dict[str, Any] = Field(default={}, repr=False, exclude=True)
 
@@ -77,6 +79,12 @@ class Study(Table):
             raise ValueError(f"drive.feedback = {feedback!r} must be one of: {known}")
         check_realism(self.machine, self.simulation.sample_time, self.simulation.substeps, self.inverter, self.mechanics,
                       self.saturation)
+        believed = {f"observers.{name}": one.errors for name, one in self.observers.items()} | {"drive": self.drive.errors}
+        for place, errors in believed.items():
+            try:
+                _believed(self.machine, errors)
+            except InputError as error:
+                raise ValueError(f"{place}.errors make a machine that cannot be: {error}") from None
         return self
 
     # Reading ---------------------------------------------------------------------------------------------------------
@@ -222,6 +230,8 @@ def _machine_values(values: Any, where: str, folder: Path | None) -> dict[str, A
 
 def _believed(machine: InductionMachine, errors: Mapping[str, float]) -> InductionMachine:
     """The machine with relative errors of its parameters."""
+    if not errors:
+        return machine
     return machine.with_values(**{key: getattr(machine, key) * (1 + error) for key, error in errors.items()})
 
 

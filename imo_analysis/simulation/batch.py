@@ -18,9 +18,10 @@ from numpy.typing import NDArray
 
 from imo_analysis.equations import parameters
 from imo_analysis.equations.catalogue import OBSERVERS, PARAMETERS
+from imo_analysis.simulation.composition import loop_of, observer_order, require_plain
 from imo_analysis.simulation.drive import flux_rates
 from imo_analysis.simulation.inputs import normals
-from imo_analysis.simulation.kernel import PLANT_STATES, Loop
+from imo_analysis.simulation.kernel import PLANT_STATES
 from imo_analysis.simulation.lanes import DRIVE, MACHINE, WIDTH, Lanes, lanes
 from imo_analysis.simulation.run import BOUND, FLUX_FLOOR
 from imo_analysis.simulation.trace import evaluated
@@ -107,8 +108,9 @@ def run_batch(
     -------
     Summary
     """
-    order = sorted(study.observers, key=lambda name: name != study.drive.feedback)
-    kernel = lanes(Loop(tuple(study.observers[name].kind for name in order), study.drive.feedback != "measured"))
+    require_plain(study, "a batch")
+    order = observer_order(study)
+    kernel = lanes(loop_of(study))
     machines = len(next(iter(values.values()))) if values else 1
     blocks = -(-machines // WIDTH)
     field = _Fields(study, values, blocks * WIDTH)
