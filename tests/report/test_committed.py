@@ -1,4 +1,4 @@
-"""The dossier in ``reports/`` is what the code makes today: ledger entry by entry, Table II number by number, the same study."""
+"""The dossier in ``reports/`` is what the code makes today: ledger entry by entry, Table II number by number, one study."""
 
 import csv
 import json
