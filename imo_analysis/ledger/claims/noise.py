@@ -64,16 +64,16 @@ CLAIMS = [
     Claim(
         id="noise.bias", item=ITEM, title="current noise drives alpha_hat down",
         expected=Verdict.HOLDS, setting=noisy(),
-        prose="(9) multiplies the noise of the measured current with itself: its mean is lower by (1 + beta L_m) |n|^2, so "
-              "that alpha_hat drifts at -2 g (1 + beta L_m) times the variance of the noise on each axis. (11) has no such term.",
+        prose="(9) multiplies the noise of the measured current with itself: its mean is lower by (1 + beta L_m) |n|^2, "
+              "so that alpha_hat drifts at -2 g (1 + beta L_m) times the variance of the noise on each axis. (11) has none.",
         printed=("mean_signal = signal - (1 + beta*L_m)*(n_1**2 + n_2**2)", "speed_mean = speed_free"),
         assumptions=("noise without correlation in time, as likely as its opposite",),
     ),
     Claim(
         id="noise.quiet", item=ITEM, title="with i_hat beside alpha_hat the square of the noise drops out and the proof stands",
         expected=Verdict.HOLDS, setting=quiet_errors(),
-        prose="V of the repaired observer falls as V' = -(k_1 + R_s/sigma + alpha (1 + beta L_m)) |i_tilde|^2 for constant omega "
-              "of either sign, whatever omega_hat does.",
+        prose="V of the repaired observer falls as V' = -(k_1 + R_s/sigma + alpha (1 + beta L_m)) |i_tilde|^2 for constant "
+              "omega of either sign, whatever omega_hat does.",
         printed=("V_dot = -(k_1 + R_s/sigma + alpha*(1 + beta*L_m))*(i_ds_tilde**2 + i_qs_tilde**2)",),
         checks=(Algebra("evidence", "the mean of its alpha signal", ("quiet_signal = quiet_free",), setting=noisy()),),
     ),

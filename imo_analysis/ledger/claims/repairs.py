@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from imo_analysis.equations import lyapunov
 from imo_analysis.ledger.claim import Algebra, Claim, Verdict
 from imo_analysis.ledger.claims.situations import BOUND, constant_observable, repaired
-from imo_analysis.ledger.expression import parse
+from imo_analysis.ledger.dual import rate_along
+from imo_analysis.ledger.expression import Name, parse
 from imo_analysis.ledger.setting import Setting
 
 _BOTH = ({"direction": 1}, {"direction": -1})
@@ -46,6 +48,18 @@ def _moving(name: str, *hypotheses: str) -> Setting:
     )
 
 
+def _moving_conserved() -> Setting:
+    """q = k_3 z_tilde - j kappa s xi_tilde while kappa moves; it is conserved no longer."""
+    base = _moving("moving_gain_q")
+    errors = ("z_1_tilde", "z_2_tilde", "xi_1_tilde", "xi_2_tilde")
+    values = {name: Name(name) for name in (*errors, "kappa", "k_3", "direction")}
+    rates = {name: Name(f"{name}_dot") for name in (*errors, "kappa")}
+    defined: dict[str, Any] = {}
+    for number, part in ((1, lambda **q: lyapunov.conserved(**q)[0]), (2, lambda **q: lyapunov.conserved(**q)[1])):
+        defined |= {f"q_{number}": part(**values), f"q_{number}_dot": rate_along(part, values, rates)}
+    return base.extended("moving_gain_q", definitions=defined, units={"q_1_dot": "A/s^2", "q_2_dot": "A/s^2"})
+
+
 def _printed_gain() -> Setting:
     # The law without its sign is the printed one for direction = 1.
     return constant_observable(
@@ -78,9 +92,11 @@ CLAIMS: list[Claim] = [
             Algebra("evidence", "z_tilde stands still", ("z_1_tilde_dot = 0", "z_2_tilde_dot = 0")),
         ),
         assumptions=_KNOWN,
-        note="No knowledge of the direction, any omega, zero included. Cost: z_hat is an open integrator, so an offset in "
-        "the measured "
-        "voltage or current makes it drift; the observable errors die out with alpha k_3 alone.",
+        note="No knowledge of the direction, any omega, zero included. z_tilde and xi_tilde = (w + j omega z_tilde) / "
+        "alpha stay "
+        "bounded. Cost: the observable errors die out with alpha k_3 alone. An offset in a measured voltage or current "
+        "makes z_hat drift; with "
+        "kappa > 0 it is q that drifts.",
     ),
     _repair(
         2,
@@ -177,11 +193,23 @@ CLAIMS: list[Claim] = [
                 squares=tuple(("strength_dot/(2*strength**2)", one) for one in ("w_1", "w_2")),
             ),
             Algebra("evidence", "w' = -c i_tilde, with the c of the moment", _W, setting=_moving("any_gain_w")),
+            Algebra(
+                "evidence",
+                "q / c has the rate -j kappa' s k_3 w / c^2, so that it stays bounded when kappa has a finite variation, "
+                "and with it and w "
+                "so do z_tilde and xi_tilde, which V does not hold",
+                (
+                    "strength*q_1_dot - strength_dot*q_1 = kappa_dot*direction*k_3*w_2",
+                    "strength*q_2_dot - strength_dot*q_2 = -kappa_dot*direction*k_3*w_1",
+                ),
+                setting=_moving_conserved(),
+            ),
         ),
         assumptions=(
             "c > 0",
-            "kappa differentiable and bounded; the sum of all falls of ln c finite, as for a reference that changes "
-            "finitely often",
+            "kappa differentiable and bounded, c bounded away from zero; the sum of all falls of ln c finite, as for a "
+            "reference that "
+            "changes finitely often",
             *_KNOWN,
         ),
         note="By Gronwall, V(t) <= V(0) exp(sum of the falls of ln c), and i_tilde stays square integrable: the rest as "
@@ -200,7 +228,8 @@ CLAIMS: list[Claim] = [
         "|omega| < alpha k_3 / kappa.",
         checks=(Algebra("evidence", "w' = -c i_tilde", _W),),
         assumptions=("alpha k_3 + kappa s omega > 0", *_KNOWN),
-        note="With the gains that run here (alpha = 9.9354, k_3 = 100, kappa = 50) a wrong direction does no harm to the "
+        note="z_tilde and xi_tilde follow from w and the conserved q (proposition-IV.3). With the gains that run here "
+        "(alpha = 9.9354, k_3 = 100, kappa = 50) a wrong direction does no harm to the "
         "bound below 19.9 rad/s: "
         "the restriction of Remark III.1 is gone where it is said to bite. The direction may also be switched finitely "
         "often (repair 5).",
