@@ -23,4 +23,8 @@ no formula, or readings that disagree   not determined by the text
 (weight, base) with b - a = sum of weight * base**2, each weight >= 0 by the hypotheses of the setting. Statements that are
 not formulas use ``prose`` and ``checks``: `Algebra` (formulas with a role and possibly a setting of their own) and
 `Computed` (a function that returns whether it passed, and what it found).
+
+`book.entries()` settles all claims; `mutants` tries every single slip of what is true, `definition_mutants` every
+single-token fault of the definitions against `complex_forms`; `quadratic.squares_of` finds certificates; `audit` is for an
+observer of your own, with ``subjects/kubota.py`` as the worked example.
 """

@@ -240,7 +240,10 @@ def evaluate(tree: Expr, env: Mapping[str, Any] | Callable[[str], Any], constant
             exponent = node.args[1]
             assert isinstance(exponent, Number)
             power = int(exponent.value)
-            value = first ** power if power >= 0 else constant(Fraction(1)) / first ** (-power)
+            if power == 0:  # some algebras refuse 0**0
+                value = constant(Fraction(1))
+            else:
+                value = first ** power if power > 0 else constant(Fraction(1)) / first ** (-power)
         else:
             second = walk(node.args[1])
             if node.kind == "+":
