@@ -9,27 +9,40 @@ from imo_analysis.errors import InputError
 
 DESCRIPTION = """Gram matrices of the regressor of (19) over sliding windows of a run: eigenvalues, rank, the directions that
 are lost and when, for the printed 6x6 condition, the same with the sign of (12), and the reduced 4x4 one."""
-EXAMPLE = "  imo excite run.nc --window 0.5 --plot excitation.svg"
+EXAMPLE = """  imo excite run.nc --window 0.5 --plot excitation.svg
+  imo excite --design paper --accuracy 0.3 2 --within 5 --noise 0.1"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The options."""
-    parser.add_argument("run", help="run file (.nc, .csv, .parquet)")
-    parser.add_argument("--window", type=float, metavar="S", help="length T of the window in s (default: the study's, or 0.1)")
-    parser.add_argument("--every", type=float, metavar="S", help="step of the window in s (default: a fifth of the window)")
+    parser.add_argument("run", nargs="?", help="run file (.nc, .csv, .parquet)")
+    parser.add_argument("--window", type=float, metavar="S", help="length T of the window (the study's, or 0.1)")
+    parser.add_argument("--every", type=float, metavar="S", help="step of the window (a fifth of it)")
     parser.add_argument("--observer", action="append", metavar="NAME",
-                        help="observer, or 'plant' for the motion itself; repeat for more (default: all adaptive ones)")
-    parser.add_argument("--values", choices=("true", "estimated"), default="true", help="alpha and omega that stand in B*")
-    parser.add_argument("--si", action="store_true", help="no scaling: errors in A, 1/s and rad/s")
-    parser.add_argument("--scale", nargs=2, type=float, metavar=("A", "1/S"), help="count currents and rates in these units")
+                        help="observer, or 'plant': the motion itself (all adaptive)")
+    parser.add_argument("--values", choices=("true", "estimated"), default="true", help="alpha and omega in B*")
+    parser.add_argument("--si", action="store_true", help="no scaling: errors in A, 1/s, rad/s")
+    parser.add_argument("--scale", nargs=2, type=float, metavar=("A", "1/S"), help="units for currents and rates")
     parser.add_argument("--threshold", type=float, default=1e-4, metavar="X",
-                        help="an eigenvalue below X times the largest is lost (default 1e-4)")
-    parser.add_argument("--plot", metavar="FILE", help="write the eigenvalues over time as SVG (of the first observer)")
-    parser.add_argument("--out", metavar="FILE", help="write eigenvalues, vectors and instants as NetCDF, one file an observer")
+                        help="eigenvalues below X times the largest are lost (1e-4)")
+    parser.add_argument("--plot", metavar="FILE", help="eigenvalues over time as SVG (first observer)")
+    parser.add_argument("--out", metavar="FILE", help="all numbers as NetCDF, one file an observer")
+    parser.add_argument("--design", metavar="STUDY", help="smallest flux modulation for a study, or 'paper'; with")
+    parser.add_argument("--accuracy", nargs=2, type=float, default=(0.3, 2.0), metavar=("1/S", "RAD/S"), help="of alpha, omega")
+    parser.add_argument("--within", type=float, default=5.0, metavar="S", help="time to reach it")
+    parser.add_argument("--noise", type=float, default=0.1, metavar="A", help="noise of each current sample")
+    parser.add_argument("--speeds", default="20,50,100", metavar="W,..", help="electrical rad/s")
+    parser.add_argument("--torques", default="0,5", metavar="T,..", help="in N m")
 
 
 def run(args: argparse.Namespace) -> int:
     """Compute, print the verdicts and write what was asked for."""
+    if args.design:
+        from imo_analysis.commands.excite_design import design_modulation
+
+        return design_modulation(args)
+    if not args.run:
+        raise InputError("a run file is needed, or --design STUDY (see imo excite --help)")
     from imo_analysis.commands.output import emit_json, say
     from imo_analysis.excitation import signals, words
     from imo_analysis.excitation.conditions import NO_SCALE, Scale

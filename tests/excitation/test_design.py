@@ -1,0 +1,113 @@
+"""The designed flux modulation: its predictions against closed-loop runs, and what it refuses."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+from synthetic import MACHINE
+
+from imo_analysis.cli import main
+from imo_analysis.errors import InputError
+from imo_analysis.excitation import design as d
+from imo_analysis.study import Study
+
+GAINS = {"k_1": 300.0, "kappa": 50.0, "k_3": 100.0, "g": 1.0, "K_p": 100.0}
+WANTED = d.Wanted(0.3, 2.0, 5.0, 3.3, (20.0, 100.0), (0.0, 5.0), 0.1)
+
+
+def test_the_design_is_the_smallest_that_reaches():
+    best, every = d.design(MACHINE, GAINS, 0.5307, WANTED, squares_noise=True)
+    assert d.reaches(best, WANTED) and best.loss == min(one.loss for one in every)
+    smaller = d.assess(MACHINE, GAINS, 0.5307, 0.99 * best.depth, best.frequency, WANTED, True)
+    assert not d.reaches(smaller, WANTED)
+
+
+def test_a_law_without_the_square_of_the_noise_needs_less():
+    with_square, _ = d.design(MACHINE, GAINS, 0.5307, WANTED, squares_noise=True)
+    without, _ = d.design(MACHINE, GAINS, 0.5307, WANTED, squares_noise=False)
+    assert without.depth < with_square.depth and without.loss < with_square.loss and without.bias == 0
+
+
+def test_impossible_wishes_are_said():
+    with pytest.raises(InputError, match="no depth up to"):
+        d.design(MACHINE, GAINS, 0.5307, d.Wanted(1e-6, 2, 0.1, 3.3, (20.0,), (0.0,), 0.1), squares_noise=False)
+    with pytest.raises(InputError, match="limits of current and voltage"):
+        tight = d.Wanted(0.3, 2, 5.0, 3.3, (20.0,), (0.0,), 0.1, current_limit=8.9)
+        d.design(MACHINE, GAINS, 0.5307, tight, squares_noise=False)
+
+
+def test_costs_by_hand_at_standstill_of_the_modulation():
+    """No modulation costs nothing, and the peaks are those of the steady state."""
+    current, voltage, loss = d.costs(MACHINE, 0.5307, 0.0, 30.0, 50.0, 0.0)
+    i = 0.5307 / MACHINE.L_m
+    u = abs(MACHINE.R_s * i + 1j * 50.0 * MACHINE.sigma * (i + MACHINE.beta * 0.5307))
+    assert (current, voltage, loss) == pytest.approx((i, u, 0.0), rel=1e-9, abs=1e-9)
+
+
+def test_modulation_loss_grows_with_the_square_of_the_depth():
+    one, two = (d.costs(MACHINE, 0.5307, depth, 30.0, 50.0, 0.0)[2] for depth in (0.01, 0.02))
+    assert two == pytest.approx(4 * one, rel=1e-3)
+
+
+@pytest.mark.slow
+def test_the_settling_rate_and_the_rest_of_the_noise_in_closed_loop():
+    """Averaged rate within 15 %, the offset that the noise leaves within 10 %."""
+    from imo_analysis.simulation.run import simulate
+
+    study = Study.paper().only(["repaired"])
+    found = d.assess(MACHINE, GAINS, 0.5307, 0.0158, 136.3, WANTED, True)
+    quietly = d.modulated_study(study, found).changed({
+        "reference.time": [0.0], "reference.omega": [50.0], "simulation.duration": 6.0, "drive.speed_bandwidth": 20.0})
+    error = simulate(quietly).alpha_hat.sel(observer="repaired") - MACHINE.alpha
+    early, late = (float(error.sel(time=slice(t, t + 0.5)).mean()) for t in (1.0, 2.5))
+    rate = d.settling_rate(MACHINE, GAINS, 0.5307, 0.0158, 136.3, 50.0)
+    assert math.log(early / late) / 1.5 == pytest.approx(rate, rel=0.15)
+    noisy = simulate(quietly.changed({"sensors.current_noise": 0.1, "simulation.duration": 24.0}))  # 20 s: 26 time constants
+    rest = float((noisy.alpha_hat.sel(observer="repaired", time=slice(4, None)) - MACHINE.alpha).mean())
+    bias = -2 * (1 + MACHINE.beta * MACHINE.L_m) * 0.01 / rate
+    assert rest == pytest.approx(bias, rel=0.1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("noise", [0.05, 0.1])
+def test_noise_drives_alpha_hat_down_as_the_claim_says(noise):
+    """Constant flux: -2 g (1 + beta L_m) sigma^2 within 5 %; the quiet observer drifts at most a fifth of that."""
+    from imo_analysis.simulation.run import simulate
+
+    base = Study.paper().only(["repaired"])
+    settings = base.data["observers"]["repaired"]
+    data = {k: v for k, v in base.data.items() if k != "scenarios"} | {
+        "observers": {"repaired": settings, "quiet": {**settings, "kind": "quiet"}}}
+    study = Study.from_data(data).changed({"sensors.current_noise": noise, "simulation.duration": 13.0})
+    hat = simulate(study).alpha_hat
+    slope = {name: float(np.polyfit(late.time, late, 1)[0])
+             for name in ("repaired", "quiet") for late in [hat.sel(observer=name, time=slice(3, None))]}
+    claimed = -2 * (1 + MACHINE.beta * MACHINE.L_m) * noise**2
+    assert slope["repaired"] == pytest.approx(claimed, rel=0.05)
+    assert abs(slope["quiet"]) < 0.2 * abs(claimed)
+
+
+@pytest.mark.slow
+def test_command(capsys):
+    assert main(["excite", "--design", "paper", "--json", "-"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert data["schema"] == "imo-excitation-design/1" and data["reached"] and data["observer"] == "repaired"
+    assert 0.005 < data["design"]["depth"] < 0.05
+
+
+@pytest.mark.parametrize(
+    ("words", "text"),
+    [
+        (["x.nc", "--design", "paper"], "exclude each other"),
+        (["--design", "paper", "--speeds", "a"], "must be numbers"),
+        (["--design", "paper", "--within", "0"], "must be above 0"),
+        (["--design", "paper", "--observer", "baseline"], "must be one observer"),
+        (["--design", "none.toml"], "cannot read"),
+        ([], "a run file is needed"),
+    ],
+)
+def test_bad_input(words, text, capsys):
+    assert main(["excite", *words]) == 2
+    error = capsys.readouterr().err
+    assert text in error and error.count("\n") == 1
