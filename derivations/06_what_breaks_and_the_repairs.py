@@ -75,15 +75,19 @@ print(f"repair 2, same start: V(0) = {V[0]:.1f} A^2, V(10 ms) = {V[-1]:.1f} A^2,
 assert largest_rise(V) == 0.0
 
 # %% [markdown]
+# The same on the simulated drive, with its own current control: `imo simulate --scenario lyapunov --out run.nc`. There V goes
+# beyond twenty times V(0) within 15 ms, because $\hat\omega$ comes near zero.
+
+# %% [markdown]
 # ## Repairs
 #
 # | | z loop | V | bound on V' | cost |
 # |---|---|---|---|---|
-# | 1 | none | $\tilde i, w, \tilde\alpha, \tilde\omega$ | exact | $\hat z$ is an open integrator |
+# | 1 | none | $\tilde i, w, \tilde\alpha, \tilde\omega$ | exact | damping of $w$ by $\alpha k_3$ alone |
 # | 2 | $\kappa s$ | (13) with $\lvert\omega\rvert/2\kappa$ | exact | the direction must be known |
 # | 3 | $\kappa(t) s$ that never falls | as 2 | holds | the gain stays up |
 # | 4 | $k_2\hat\omega$ as printed | as 1 | third-order rest | local, under excitation |
-# | 5 | $\kappa(t) s$, up and down | $\tilde i, w, \tilde\alpha, \tilde\omega$ | $V \le V(0) e^F$, $F$: falls of $\ln c$ | not for $\hat\omega$ as schedule |
+# | 5 | $\kappa(t) s$, up and down | as 1 | $V \le V(0) e^F$, $F$: falls of $\ln c$ | not for $\hat\omega$ as schedule |
 # | 6 | $\kappa s$, $s$ wrong at low speed | as 5 | exact | $c = \alpha k_3 + \kappa s\omega > 0$ |
 #
 # Repairs 1, 5 and 6 rest on one remark of chapter 4: the currents see $\tilde z$ and $\tilde\xi$ through $w =
