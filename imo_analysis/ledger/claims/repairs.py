@@ -112,7 +112,7 @@ CLAIMS: list[Claim] = [
         ),
         assumptions=("omega not zero, its sign known", *_KNOWN),
         note="Holds wherever omega_hat goes, whatever its sign. Cost: the direction must be known, and kappa does not "
-        "grow with speed.",
+        "grow with speed. k_1 is not in V and may follow anything, omega_hat included.",
     ),
     _repair(
         3,
