@@ -91,7 +91,7 @@ def _write(path: Path, folder: Path, execute: bool) -> dict[str, Any]:
         except ImportError:
             raise InputError("--execute needs nbclient and ipykernel: pip install 'imo-analysis[notebooks]'") from None
         try:
-            NotebookClient(notebook, timeout=120, kernel_name="python3").execute()
+            NotebookClient(notebook, timeout=120, kernel_name="python3", extra_arguments=["--log-level=40"]).execute()
         except CellExecutionError as fault:
             error = str(fault).strip().splitlines()[-1]
     try:

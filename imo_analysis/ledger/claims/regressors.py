@@ -32,6 +32,7 @@ def _product(row: Iterable[Any], vector: Iterable[Any]) -> Expr:
 
 
 def products(prefix: str, rows: Iterable[Iterable[Any]], vector: Iterable[Any]) -> dict[str, Expr]:
+    """Rows times a vector of names, under ``prefix_1``, ``prefix_2``, ..."""
     vector = tuple(vector)
     return {f"{prefix}_{number}": _product(row, vector) for number, row in enumerate(rows, 1)}
 
