@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from oracle_errors import Case, error_rates
 
-from imo_analysis.ledger.claims.simulation import QUADRATIC
+from imo_analysis.ledger.claims.simulation import QUADRATIC, real_product
 from imo_analysis.ledger.claims.situations import BREAKS_16, lyapunov_13, repaired
-from imo_analysis.paper.tables import EIGENVALUES, printed
+from imo_analysis.paper.tables import EIGENVALUES, Pair, printed
 
 NAMES = ("i_ds", "i_qs", "z_1", "z_2")
 
@@ -170,3 +170,12 @@ def test_alpha_of_table_iii():
     rotor = float(printed("L_m")) + float(printed("L_r - L_m"))
     assert float(printed("R_r")) / rotor == pytest.approx(6.6236, abs=5e-5)
     assert 1.5 * float(printed("R_r")) / rotor == pytest.approx(float(printed("alpha")), abs=5e-5)
+
+
+def test_real_products_are_recognised():
+    """Poles of the expanded (8), rounded as the table does, pass; the printed ones do not."""
+    a, c, w = 439.5, 993.5, 60.0
+    roots = np.roots([1, a - 1j * w, c + 50 * w * w])
+    texts = [(f"{root.real:.2f}", f"{root.imag:.2f}") for root in roots]
+    assert real_product((Pair("proposed", 60, *texts),))[0]
+    assert not real_product(EIGENVALUES)[0]
