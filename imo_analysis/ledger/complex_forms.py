@@ -1,7 +1,8 @@
 """Every definition of ``equations/`` a second time, in complex numbers x = x_d + j x_q: the oracle that d/q forms must meet.
 
 Written from vector equations, not from the d/q rows. Arithmetic is exact (fractions), but for means over a period, which are
-sums of floats. Used to kill mutants of the definitions and in the tests; nothing else is computed from it.
+sums of floats. Used to kill mutants of the definitions and in the tests; nothing else is computed from it. A new definition
+needs a `Form` here: `definition_mutants` reports one that has none.
 """
 
 from __future__ import annotations
@@ -154,6 +155,16 @@ def _quiet(x: Any, i: Any, u: Any, direction: Any, p: Any, gains: Any) -> Any:
         _projection(g * dot(error, regressor), x[6], alpha_l, delta),
         K_p * cross(i_hat - z_hat, error),
     )
+
+
+def _across(x: Any, i: Any, u: Any, direction: Any, p: Any, gains: Any) -> Any:
+    """The alpha law sees the part of v_1 that is orthogonal to v_2 (with a floor of 1 A^2); the speed takes over the rest."""
+    current, z, xi, _, speed = _quiet(x, i, u, direction, p, gains)
+    error, i_hat = Gauss(*i) - Gauss(*x[:2]), Gauss(*x[:2])
+    v_1, v_2 = Gauss(*x[4:6]) - i_hat * (1 + p[1] * p[3]), J * (i_hat - Gauss(*x[2:4]))
+    share = dot(v_1, v_2) / (dot(v_2, v_2) + 1)
+    alpha_rate = _projection(gains[3] * dot(error, v_1 - v_2 * share), x[6], gains[5], gains[6])
+    return current, z, xi, alpha_rate, speed - share * alpha_rate
 
 
 def _known_alpha(x: Any, i: Any, u: Any, p: Any, gains: Any, feedback: Gauss, sign: Any) -> Any:
@@ -344,6 +355,7 @@ FORMS: tuple[Form, ...] = (
     *(Form("adaptive", which, _OBSERVER, _adaptive(which)) for which in _CONVENTIONS),
     Form("repaired", "repaired", _OBSERVER, _repaired),
     Form("quiet", "quiet", _OBSERVER, _quiet),
+    Form("across", "across", _OBSERVER, _across),
     Form("luenberger", "luenberger", (5, 2, 2, 5, 3, 2, 0),
          lambda x, i, u, p, k, f, s: _known_alpha(x, i, u, p, k, Gauss(*f), s)),
     *(Form("luenberger", f"luenberger_{which}", _SEVEN, _luenberger(which)) for which in _CONVENTIONS),

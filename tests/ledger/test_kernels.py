@@ -48,7 +48,7 @@ FALSE = [
 ]
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", [name if name != "coq" else pytest.param(name, marks=pytest.mark.slow) for name in NAMES])
 def test_kernel_confirms_the_true_and_refuses_the_false(name: str) -> None:
     answers = dict(zip([q.id for q in (*TRUE, *FALSE)], kernel(name).answer([*TRUE, *FALSE]), strict=True))
     assert answers == {**{q.id: True for q in TRUE}, **{q.id: False for q in FALSE}}
