@@ -93,9 +93,8 @@ def real_product(pairs: tuple[Pair, ...]) -> tuple[bool, str]:
     """Whether the product of the two eigenvalues of each pair can be real within their rounding."""
     found = []
     for pair in pairs:
-        cross = add(
-            multiply(interval(pair.first[0]), interval(pair.second[1])), multiply(interval(pair.first[1]), interval(pair.second[0]))
-        )
+        (re_1, im_1), (re_2, im_2) = map(interval, pair.first), map(interval, pair.second)
+        cross = add(multiply(re_1, im_2), multiply(im_1, re_2))
         found.append((pair.omega_hat, cross))
     words = ", ".join(f"{float(low):.0f} .. {float(high):.0f} at {omega} rad/s" for omega, (low, high) in found)
     return all(low <= 0 <= high for _, (low, high) in found), f"imaginary part of the product in 1/s^2: {words}"
