@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from imo_analysis.equations import adaptive, baseline, luenberger, quiet, repaired
+from imo_analysis.equations import across, adaptive, baseline, luenberger, quiet, repaired
 from imo_analysis.equations.transformation import from_z, reconstructed_flux
 
 _FULL = ("i_ds_hat", "i_qs_hat", "z_1_hat", "z_2_hat", "xi_1_hat", "xi_2_hat", "alpha_hat", "omega_hat")
@@ -86,5 +86,7 @@ OBSERVERS: dict[str, Observer] = {
                  "ours", "adaptive observer with the sign moved from (11) into the z loop", True),
         Observer("quiet", quiet.quiet, _FULL, ("k_1", "kappa", *_GAINS[2:]), _flux_adaptive,
                  "ours", "the repaired observer, with alpha_hat that current noise does not drive", True),
+        Observer("across", across.across, _FULL, ("k_1", "kappa", *_GAINS[2:]), _flux_adaptive,
+                 "ours", "the quiet observer, whose alpha_hat rests while the flux is constant", True),
     )
 }

@@ -1,4 +1,4 @@
-"""What current noise does to the alpha law (9), and the observer whose law does not square it.
+"""What current noise does to the alpha law (9), and two observers: one whose law does not square it, one that stops in time.
 
 These statements are ours. The mean over a noise n that is as likely as its opposite is half the sum of the values at n and -n.
 """
@@ -8,7 +8,7 @@ from __future__ import annotations
 from functools import cache
 from typing import Any
 
-from imo_analysis.equations import adaptive, lyapunov, quiet
+from imo_analysis.equations import across, adaptive, excitation, lyapunov, quiet
 from imo_analysis.ledger.claim import Algebra, Claim, Verdict
 from imo_analysis.ledger.claims.situations import ERRORS, with_function
 from imo_analysis.ledger.expression import Name, names
@@ -17,7 +17,7 @@ from imo_analysis.ledger.settings import CURRENTS, FULL, GAINS, MACHINE, VOLTAGE
 
 ITEM = "Noise (ours)"
 _UNITS = {"n_1": "A", "n_2": "A", "mean_signal": "A^2", "quiet_signal": "A^2", "signal": "A^2", "speed_mean": "A^2",
-          "speed_free": "A^2", "quiet_free": "A^2"}
+          "speed_free": "A^2", "quiet_free": "A^2", "c": "1", "c_dot": "1/s", "square": "A^2"}
 
 
 @cache
@@ -42,22 +42,55 @@ def noisy() -> Setting:
     return setting("noisy_current", "the adaptation signals with noise on the measured current", defined, units=_UNITS)
 
 
+def _without_layer(rho: Any, alpha_hat: Any, alpha_l: Any, delta: Any) -> Any:
+    """The projection (10) away from its layer."""
+    return rho
+
+
+def _rates(module: Any, function: Any) -> dict[str, Any]:
+    """The rates of an observer with the projection of its alpha law away from its layer."""
+    gains = (GAINS[0], Name("kappa"), *GAINS[2:])
+    whole, module.projection = module.projection, _without_layer
+    try:
+        row = function(FULL, CURRENTS, VOLTAGES, Name("direction"), MACHINE, gains)
+    finally:
+        module.projection = whole
+    return {f"{name.name}_dot": rate for name, rate in zip(FULL, row, strict=True)}
+
+
+_POSITIVE = ("R_s > 0", "L_m > 0", "k_1 > 0", "k_3 > 0", "kappa > 0", "g > 0", "K_p > 0", "alpha > 0")
+
+
 @cache
 def quiet_errors() -> Setting:
     """`errors` of the observer `quiet`, with V of the repaired observer and its rate; away from the projection's layer."""
     base = errors("repaired")
-    gains = (GAINS[0], Name("kappa"), *GAINS[2:])
-    row = quiet.quiet(FULL, CURRENTS, VOLTAGES, Name("direction"), MACHINE, gains)
-    i_tilde = (CURRENTS[0] - FULL[0], CURRENTS[1] - FULL[1])
-    law = Name("g") * adaptive.alpha_signal(i_tilde, FULL[:2], FULL[4:6], Name("beta"), Name("L_m"))
-    defined = dict(base.definitions)
-    for name, rate in zip(FULL, (*row[:6], law, row[7]), strict=True):
-        defined[f"{name.name}_dot"] = rate
+    defined = {**base.definitions, **_rates(quiet, quiet.quiet)}
     defined |= with_function(lyapunov.with_direction, ERRORS)
     text = "the machine (6) and the observer with i_hat beside alpha_hat, omega and alpha constant"
-    return setting("quiet_errors", text, defined,
-                   (*base.hypotheses, "R_s > 0", "L_m > 0", "k_1 > 0", "k_3 > 0", "kappa > 0", "g > 0", "K_p > 0", "alpha > 0"),
-                   base.cases)
+    return setting("quiet_errors", text, defined, (*base.hypotheses, *_POSITIVE), base.cases)
+
+
+def _weighted(i_ds_tilde: Any, i_qs_tilde: Any, z_1_tilde: Any, z_2_tilde: Any, xi_1_tilde: Any, xi_2_tilde: Any,
+              alpha_tilde: Any, omega_tilde: Any, alpha: Any, omega: Any, direction: Any, kappa: Any, k_3: Any, g: Any,
+              K_p: Any, c: Any) -> Any:
+    """V of the repaired observer with omega_tilde + c alpha_tilde in place of omega_tilde."""
+    return lyapunov.with_direction(i_ds_tilde, i_qs_tilde, z_1_tilde, z_2_tilde, xi_1_tilde, xi_2_tilde, alpha_tilde,
+                                   omega_tilde + c * alpha_tilde, alpha, omega, direction, kappa, k_3, g, K_p)
+
+
+@cache
+def across_errors() -> Setting:
+    """`errors` of the observer `across`; c is its own ratio, its rate c_dot is left free."""
+    base = errors("repaired")
+    v_1 = excitation.alpha_direction(FULL[:2], FULL[4:6], Name("beta"), Name("L_m"))
+    v_2 = excitation.speed_direction(FULL[:2], FULL[2:4])
+    square = v_2[0] * v_2[0] + v_2[1] * v_2[1] + across.FLOOR
+    defined = {**base.definitions, "square": square, "c": (v_1[0] * v_2[0] + v_1[1] * v_2[1]) / square}
+    defined |= _rates(across, across.across)
+    defined |= with_function(_weighted, (*ERRORS, "c"))
+    text = "the machine (6) and the observer whose alpha law is across v_2, omega and alpha constant"
+    return setting("across_errors", text, defined, (*base.hypotheses, *_POSITIVE, "square > 0"), base.cases, _UNITS)
 
 
 CLAIMS = [
@@ -76,5 +109,14 @@ CLAIMS = [
               "omega of either sign, whatever omega_hat does.",
         printed=("V_dot = -(k_1 + R_s/sigma + alpha*(1 + beta*L_m))*(i_ds_tilde**2 + i_qs_tilde**2)",),
         checks=(Algebra("evidence", "the mean of its alpha signal", ("quiet_signal = quiet_free",), setting=noisy()),),
+    ),
+    Claim(
+        id="noise.across", item=ITEM, title="adapting alpha_hat across v_2 only keeps the proof",
+        expected=Verdict.HOLDS, setting=across_errors(),
+        prose="With omega_tilde + c alpha_tilde in the place of omega_tilde, V' = -(k_1 + R_s/sigma + alpha (1 + beta L_m)) "
+              "|i_tilde|^2 + (omega_tilde + c alpha_tilde) alpha_tilde c'/K_p, where c = v_1.v_2 / (|v_2|^2 + 1 A^2): while "
+              "the slip is constant so is c, and V falls.",
+        printed=("V_dot = -(k_1 + R_s/sigma + alpha*(1 + beta*L_m))*(i_ds_tilde**2 + i_qs_tilde**2)"
+                 " + (omega_tilde + c*alpha_tilde)*alpha_tilde*c_dot/K_p",),
     ),
 ]
