@@ -20,7 +20,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Compute and write; 1 if an entry of the ledger is not what it should be."""
+    """Compute and write; 1 if an entry of the ledger is not what it should be, or a scenario diverged."""
     from imo_analysis.commands.output import emit_json, say
     from imo_analysis.ledger.show import counts
     from imo_analysis.report.dossier import summary, write_dossier
@@ -36,13 +36,12 @@ def run(args: argparse.Namespace) -> int:
     written = write_dossier(study, args.out, note, args.small)
     figures = sum(name.endswith(".svg") for name, _ in written.files)
     verdicts = ", ".join(f"{number} {word}" for word, number in counts(written.entries).items())
-    faults = [fault for entry in written.entries for fault in entry.errors]
     others = len(written.files) - 1
     say(args, f"{written.folder}/index.html: open it in a browser; beside it {others} files, {figures} of them figures.")
     say(args, f"Ledger: {len(written.entries)} entries: {verdicts}.")
     for line in written.found[:3]:
         say(args, line.replace("`", ""))
-    for fault in faults:
+    for fault in written.faults:
         print(f"imo: {fault}", file=sys.stderr)
     emit_json(args, "imo-report/1", summary(written))
-    return 1 if faults else 0
+    return 1 if written.faults else 0

@@ -31,12 +31,15 @@ class Written:
     entries : list of Entry
     found : list of str
         The findings of the first screen, a sentence each.
+    faults : list of str
+        What diverged, by scenario; and errors of the ledger.
     """
 
     folder: Path
     files: list[tuple[str, str]]
     entries: list[Entry]
     found: list[str]
+    faults: list[str]
 
 
 def write_dossier(study: Study, out: str | Path, note: Callable[[str], None], small: bool = False) -> Written:
@@ -57,8 +60,10 @@ def write_dossier(study: Study, out: str | Path, note: Callable[[str], None], sm
     InputError
         If the folder cannot be written to.
     Diverged
-        If a scenario leaves the finite numbers.
+        If a scenario diverges and nothing is left of its run.
     """
+    if not study.observers:
+        raise InputError(f"the study {study.title!r} has no observers; add at least one table [observers.NAME]")
     out = Path(out)
     checked_folder(out)
     try:
@@ -88,7 +93,7 @@ def _move(work: Path, out: Path) -> None:
 
 def _compute(
     study: Study, work: Path, note: Callable[[str], None], runs: bool
-) -> tuple[list[tuple[str, str]], list[Entry], list[str]]:
+) -> tuple[list[tuple[str, str]], list[Entry], list[str], list[str]]:
     from imo_analysis.ledger.book import entries as settle_all
     from imo_analysis.report.chapters.excitation import excitation_chapter
     from imo_analysis.report.chapters.ledger import ledger_chapter
@@ -134,7 +139,9 @@ def _compute(
     footer = Html("Made by <code>imo report</code>. Formulas are set in a subset of STIX Math (SIL Open Font License 1.1).")
     (work / "index.html").write_text(page(title, first_screen(study, entries, found), chapters, footer), encoding="utf-8")
     files += sorted((str(path.relative_to(work)), "figure") for path in work.glob("figures/*"))
-    return files, entries, found
+    faults = [fault for entry in entries for fault in entry.errors]
+    faults += [f"{scenario.title}: {scenario.fault}" for scenario in scenarios if scenario.fault]
+    return files, entries, found, faults
 
 
 def _judged(scenarios: Sequence[Scenario]) -> list[ExcitationResult]:
@@ -178,6 +185,6 @@ def summary(written: Written) -> dict[str, Any]:
         "folder": str(written.folder),
         "files": [{"name": name, "holds": meaning} for name, meaning in written.files],
         "verdicts": counts(written.entries),
-        "errors": [fault for entry in written.entries for fault in entry.errors],
+        "errors": written.faults,
         "found": written.found,
     }

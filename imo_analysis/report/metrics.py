@@ -50,7 +50,7 @@ def step_responses(run: xr.Dataset, window: tuple[float, float]) -> list[StepRes
             settled = float("nan")
         else:
             settled = float(time[outside[-1] + 1] - time[0])
-        results.append(StepResponse(str(name), float(error.max()), float(np.sqrt(np.mean(error**2))), settled, band))
+        results.append(StepResponse(str(name), float(np.max(error)), float(np.sqrt(np.mean(error**2))), settled, band))
     return results
 
 

@@ -53,7 +53,7 @@ class ExcitationResult:
 
 @dataclass(frozen=True)
 class Scenario:
-    """What the dossier keeps of a run."""
+    """What the dossier keeps of a run; ``fault`` says what diverged, and when, or is empty."""
 
     name: str
     title: str
@@ -64,6 +64,7 @@ class Scenario:
     excitation: list[ExcitationResult]
     drift: list[DriftRow]
     drift_figure: Drawn | None
+    fault: str
     files: list[tuple[str, str]] = field(default_factory=list)
 
 
@@ -86,24 +87,34 @@ def scenario_names(study: Study) -> list[str]:
 def run_scenario(study: Study, name: str, folder: Path, note: Callable[[str], None], runs: bool = True) -> Scenario:
     """Simulate one scenario, draw it, judge its excitation and, with ``runs``, write it, thinned, to ``folder``/runs.
 
+    An observer that diverges is shown as far as it went; the others are not touched by it.
+
     Raises
     ------
     Diverged
-        If an observer leaves the finite numbers.
+        If nothing is left of the run.
     """
     from imo_analysis.simulation.run import simulate
 
     chosen = study.scenario(name) if name else study
     label = name or "run"
     note(f"{label}: simulating {chosen.simulation.duration:g} s")
-    run = simulate(chosen)
+    fault = ""
+    try:
+        run = simulate(chosen)
+    except Diverged as error:
+        if error.data is None or error.data.sizes["time"] < 2:
+            raise
+        run, fault = error.data, str(error)
     note(f"{label}: drawing")
     files = _write(run, label, chosen, folder) if runs else []
     observers = [str(one) for one in run["observer"].values]
     figures = [keep(folder, f"{label}-speed", _figures().speed_figure(run),
                      "Speed, true and estimated, and the error of each estimate. The axes leave out the start-up transient.")]
     windows = []
-    for number, window in enumerate(chosen.windows, start=1):
+    end = float(run["time"].values[-1])
+    shown = [window for window in chosen.windows if window.start < end]
+    for number, window in enumerate(shown, start=1):
         span = (window.start, window.stop)
         caption = f"{window.title}, {window.start:g} to {window.stop:g} s: {window.caption}."
         figures.append(keep(folder, f"{label}-window{number}", _figures().speed_figure(run, span), caption))
@@ -121,11 +132,11 @@ def run_scenario(study: Study, name: str, folder: Path, note: Callable[[str], No
     figures.append(keep(folder, f"{label}-flux", _figures().flux_error_figure(run, observers),
                          "Length of the error of the estimated rotor flux, relative to the flux."))
     note(f"{label}: excitation")
-    fits = study.excitation.window <= chosen.simulation.duration
+    fits = study.excitation.window <= end
     judged = list(_excitation(run, chosen, label, folder, adaptive[:1] or ["plant"])) if fits else []
     command = f"imo simulate study.toml --scenario {name} --out {label}.nc" if name else "imo simulate study.toml --out run.nc"
     return Scenario(label, chosen.title, command, figures, windows, _resting(run, chosen), judged,
-                    drift_rows(explained, chosen), drawn, files)
+                    drift_rows(explained, chosen), drawn, fault, files)
 
 
 def _figures() -> Any:
@@ -157,6 +168,8 @@ def _write(run: xr.Dataset, label: str, study: Study, folder: Path) -> list[tupl
     save_run(run.isel(time=slice(None, None, coarse)), folder / files[1][0])
     for number, window in enumerate(study.windows, start=1):
         part = run.sel(time=slice(window.start, window.stop))
+        if not part.sizes["time"]:
+            continue
         step = -(-part.sizes["time"] // NETCDF_SAMPLES)
         place = f"runs/{label}-window{number}.nc"
         save_run(part.isel(time=slice(None, None, step)), folder / place)

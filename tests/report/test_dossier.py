@@ -222,3 +222,27 @@ def test_in_a_browser(text: str, folder: Path, tmp_path: Path, width: int, heigh
     assert seen["entries"] == len(claims()) and seen["broken"] == 0
     assert seen["moved"] and seen["marks"] > 10 and seen["opened"] and seen["math"] > 5
     assert 0 < seen["shown"] < seen["entries"]
+
+
+def test_a_diverging_observer_is_shown_and_the_others_stay(tmp_path: Path) -> None:
+    from imo_analysis.report.scenarios import run_scenario
+
+    data = dict(Study.paper().data)
+    gains = data["observers"]["consistent_12"]["gains"]
+    data["observers"] = {"good": data["observers"]["repaired"], "lost": {"kind": "printed_L", "gains": gains}}
+    data["observers"]["lost"]["initial"] = {"alpha_hat": 6.6}
+    data |= {"scenarios": {}, "reference": {"time": [0.0], "omega": [100.0]}}
+    data["simulation"] = {"duration": 4.0}
+    data["windows"] = [{"title": "w", "start": 3.0, "stop": 4.0, "caption": "the end"}]
+    scenario = run_scenario(Study.from_data(data), "", tmp_path, lambda line: None, runs=False)
+    assert "observer lost diverged at t = " in scenario.fault
+    good, lost = scenario.windows[0].responses
+    assert good.peak < 1.0 and not lost.peak < 1.0
+    assert scenario.resting[-2].observer == "good" and abs(scenario.resting[-2].omega_hat - 100.0) < 0.1
+
+
+def test_a_study_without_observers(tmp_path: Path) -> None:
+    data = dict(Study.paper().data) | {"observers": {}, "scenarios": {}}
+    with pytest.raises(InputError, match="has no observers; add at least one table"):
+        write_dossier(Study.from_data(data), tmp_path / "out", lambda line: None)
+    assert not (tmp_path / "out").exists()

@@ -10,6 +10,7 @@ from imo_analysis.notation import symbol
 from imo_analysis.report.metrics import Resting
 from imo_analysis.report.page import Chapter, Html, answer, figure, inline, join, number, prose, table, tag
 from imo_analysis.report.scenarios import Divergence, Scenario
+from imo_analysis.report.words import typeset
 from imo_analysis.study import Study
 
 
@@ -39,7 +40,9 @@ command under it. Speeds are electrical.
 
 
 def _scenario(scenario: Scenario) -> Html:
-    parts: list[object] = [tag("h3", scenario.title)]
+    parts: list[object] = [tag("h3", typeset(scenario.title))]
+    if scenario.fault:
+        parts.append(answer(typeset(scenario.fault)))
     for drawn in scenario.figures:
         parts.append(figure(drawn.svg, drawn.caption, drawn.caption, drawn.file))
     for window in scenario.windows:

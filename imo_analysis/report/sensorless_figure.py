@@ -1,0 +1,60 @@
+"""The map of `simulation.sensorless_map` as a picture: speed error over speed and load torque, one panel an observer."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from imo_analysis.report.style import in_style, new_figure
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+# Errors in rad/s at the ends of the colours, logarithmic.
+_LEAST, _MOST = 0.1, 100.0
+
+
+@in_style
+def sensorless_figure(data: xr.Dataset) -> Figure:
+    """Draw the map.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+        From `simulation.sensorless_map.sensorless_map`, with at least two speeds and two torques.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Light where the error is small; hatched where the loop does not hold; the dashed line is zero stator frequency.
+    """
+    from matplotlib.colors import LogNorm
+
+    names = [str(name) for name in data["observer"].values]
+    figure, axes = new_figure(1, len(names), width=2.0 + 2.6 * len(names), height=3.1, sharey=True, squeeze=False)
+    omega, torque = data["omega"].values, data["T_l"].values
+    picture = None
+    for panel, name in zip(axes[0], names, strict=True):
+        one = data.sel(observer=name)
+        error = np.clip(one["speed_error"].values, _LEAST, _MOST)
+        picture = panel.pcolormesh(omega, torque, error, norm=LogNorm(_LEAST, _MOST), cmap="cividis_r", shading="nearest",
+                                   rasterized=True)
+        lost = 1.0 - one["holds"].values
+        if lost.any():
+            hatched = panel.contourf(omega, torque, lost, levels=[0.5, 1.5], colors="none", hatches=["////"])
+            hatched.set_edgecolor("#ffffff")
+            hatched.set_linewidth(0.0)
+        if 0 < lost.sum() < lost.size:
+            panel.contour(omega, torque, lost, levels=[0.5], colors="#d55e00", linewidths=1.0)
+        panel.contour(omega, torque, data["stator_frequency"].values, levels=[0.0], colors="#1a1a1a", linestyles="--",
+                      linewidths=1.1)
+        panel.set_title(f"{name}: holds at {100 * one['holds'].values.mean():.0f} %")
+        panel.set_xlabel("speed, electrical (rad/s)")
+        panel.grid(visible=False)
+    axes[0][0].set_ylabel("load torque (N m)")
+    if picture is not None:
+        bar = figure.colorbar(picture, ax=list(axes[0]), pad=0.01, extend="both")
+        bar.set_label("error of the speed (rad/s)")
+    return figure
