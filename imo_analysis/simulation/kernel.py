@@ -95,8 +95,12 @@ class Loop:
 
 
 def plain(loop: Loop) -> bool:
-    """Whether a composition has none of what `study_realism` adds: observers and feedback alone."""
-    return loop == Loop(loop.observers, loop.feedback)
+    """Whether a composition is one that `lanes` has too: observers, feedback, and one and the same direction for all.
+
+    Where that is the estimate's own, one observer alone.
+    """
+    return (loop == Loop(loop.observers, loop.feedback, directions=loop.directions) and len(set(loop.directions)) <= 1
+            and (len(loop.observers) == 1 or "estimate" not in loop.directions))
 
 
 @cache

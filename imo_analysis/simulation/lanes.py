@@ -199,6 +199,14 @@ class Lanes:
         arguments = [before[id(value)] if value.level == HELD else self._row_of(value) for value in needed]
         return function, [*loads, *made, f"c = ({', '.join(arguments)},)"]
 
+    def _whence(self) -> str:
+        """What has the sign that the observers are told; `kernel.plain` holds them all to one."""
+        if not self.loop.directions or self.loop.directions[0] == "true":
+            return f"rows[STATE{MACHINE_STATES - 1} + l]"
+        if self.loop.directions[0] == "reference":
+            return "omega_ref"
+        return f"rows[STATE{self._first(0) + self.kinds[0].states.index('omega_hat')} + l]"
+
     def _watch_lines(self) -> list[str]:
         """Who is lost; an observer is lost with the machine."""
         lines = []
@@ -255,7 +263,7 @@ class Lanes:
             f"            omega_ref = tables[here + l] + to_omega * (tables[here + {WIDTH} + l] - tables[here + l])",
             f"            T_l = tables[there + l] + to_load * (tables[there + {WIDTH} + l] - tables[there + l])",
             f"            flux_ref = {outside['flux']} + {outside['flux_modulation']} * swing",
-            f"            direction = direction_of(rows[STATE{MACHINE_STATES - 1} + l])",
+            f"            direction = direction_of({self._whence()})",
             *_indented(3, control),
             "            held_d = seen_d if sampled > 0.5 else error_d",
             "            held_q = seen_q if sampled > 0.5 else error_q",
