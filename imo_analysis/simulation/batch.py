@@ -83,6 +83,7 @@ def run_batch(
     window: tuple[int, int] | None = None,
     band: float = 1.0,
     jobs: int | None = None,
+    machines: int | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> Summary:
     """Run a study once for each entry of the arrays.
@@ -101,6 +102,8 @@ def run_batch(
         Largest speed error in rad/s that counts as settled.
     jobs : int, optional
         Threads; one for each processor where left out.
+    machines : int, optional
+        How many machines; needed only where ``values`` is empty.
     progress : callable, optional
         Called with the number of lane-samples done since the last call, those of lanes that fill up a block included.
 
@@ -111,7 +114,7 @@ def run_batch(
     require_plain(study, "a batch")
     order = observer_order(study)
     kernel = lanes(loop_of(study))
-    machines = len(next(iter(values.values()))) if values else 1
+    machines = len(next(iter(values.values()))) if values else machines or 1
     blocks = -(-machines // WIDTH)
     field = _Fields(study, values, blocks * WIDTH)
     rows, tables = _start(study, kernel, order, field, nominal)

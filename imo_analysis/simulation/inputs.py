@@ -41,15 +41,24 @@ def profile(table: Reference | Load, values: tuple[float, ...], time: NDArray[An
 def normals(seed: int, index: NDArray[np.int64]) -> tuple[Array, Array]:
     """Two independent standard normal numbers for each sample, a function of seed and sample number alone.
 
-    Counter-based: SplitMix64 (Steele, Lea and Flood 2014) of the counter, then the Box-Muller transform.
+    The Box-Muller transform of `uniforms`.
+    """
+    one, two = uniforms(seed, index)
+    radius = np.sqrt(-2.0 * np.log(one))
+    angle = 2.0 * math.pi * (two - 2.0**-54)
+    return radius * np.cos(angle), radius * np.sin(angle)
+
+
+def uniforms(seed: int, index: NDArray[np.int64]) -> tuple[Array, Array]:
+    """Two independent numbers between 0 and 1, both excluded, for each index, a function of seed and index alone.
+
+    Counter-based: SplitMix64 (Steele, Lea and Flood 2014) of the counter.
     """
     with np.errstate(over="ignore"):
         key = _mixed(np.uint64(seed) + np.uint64(0x9E3779B97F4A7C15))
         counter = index.astype(np.uint64) * np.uint64(2)
         one, two = (_mixed(key + (counter + np.uint64(j)) * np.uint64(0x9E3779B97F4A7C15)) for j in (1, 2))
-    radius = np.sqrt(-2.0 * np.log(((one >> np.uint64(11)).astype(float) + 0.5) * 2.0**-53))
-    angle = 2.0 * math.pi * (two >> np.uint64(11)).astype(float) * 2.0**-53
-    return radius * np.cos(angle), radius * np.sin(angle)
+    return tuple(((bits >> np.uint64(11)).astype(float) + 0.5) * 2.0**-53 for bits in (one, two))  # type: ignore[return-value]
 
 
 def _mixed(value: Any) -> Any:

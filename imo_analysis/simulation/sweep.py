@@ -1,0 +1,326 @@
+"""Monte Carlo and grids over any field of a study: planned, cut into chunks, computed anywhere, resumed, put together.
+
+A chunk is a function of the study's text and the chunk's number alone. It is computed by threads here or by a dask cluster;
+the result is the same to the bit on processors of the same kind.
+"""
+
+from __future__ import annotations
+
+import itertools
+import json
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from imo_analysis.errors import InputError
+from imo_analysis.simulation import distributions
+from imo_analysis.simulation.batch import lane_fields, processors, run_batch
+from imo_analysis.simulation.metrics import METRICS, metrics, summed, window_of
+from imo_analysis.simulation.run import provenance, simulate_labelled
+from imo_analysis.simulation.sweep_values import impossible, lanes_know, own_value, with_values
+from imo_analysis.study import Study
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+SCHEMA = "imo-sweep/1"
+CHUNK = 512
+Array = NDArray[np.float64]
+# name -> array of shape (observers, runs of the chunk); and "possible", shape (runs of the chunk,)
+Part = dict[str, NDArray[Any]]
+
+
+@dataclass(frozen=True)
+class Chunk:
+    """Runs ``first .. last - 1``, all at the same values of the fields that are not lanes."""
+
+    number: int
+    first: int
+    last: int
+    variant: int
+
+
+class Plan:
+    """What a study's table ``[sweep]`` asks for.
+
+    Attributes
+    ----------
+    study : Study
+        The study, with the scenario of the sweep merged.
+    fields : dict
+        Distribution of each field.
+    chunks : list of Chunk
+    runs : int
+        Runs in all.
+    """
+
+    def __init__(self, study: Study) -> None:
+        self.text = study.to_toml()
+        self.study = study.scenario(study.sweep.scenario) if study.sweep.scenario else study
+        self.settings = self.study.sweep
+        self.fields = distributions.flattened(self.settings.fields_)
+        if not self.fields:
+            raise InputError("sweep.fields is empty; say which field varies, for example "
+                             '"machine.R_r" = { relative = 0.5 } in [sweep.fields]')
+        own = {name: own_value(self.study, name) for name in self.fields}
+        in_lanes = lane_fields(self.study)
+        outer = {}
+        for name, spec in self.fields.items():
+            if name in in_lanes:
+                self._check_numbers(name, spec)
+                continue
+            if not distributions.is_grid(spec):
+                raise InputError(f"sweep.fields.{name} can be swept over a grid only: values, linspace or geomspace")
+            outer[name] = distributions.grid(spec)
+        self._own = own
+        self._outer = list(itertools.product(*outer.values()))
+        self._outer_names = list(outer)
+        inner = {name: distributions.grid(spec) for name, spec in self.fields.items()
+                 if name not in outer and distributions.is_grid(spec)}
+        self._inner = list(itertools.product(*inner.values()))
+        self._inner_names = list(inner)
+        self._drawn = [name for name in self.fields if name not in outer and name not in inner]
+        draws = self.settings.runs
+        if not self._drawn and draws > 1:
+            raise InputError(f"sweep.runs = {draws} draws nothing, since every field has a grid; leave it out, or draw a field")
+        self._draws = draws
+        each = len(self._inner) * draws
+        self.runs = len(self._outer) * each
+        self.chunks: list[Chunk] = []
+        for variant in range(len(self._outer)):
+            for first in range(0, each, CHUNK):
+                self.chunks.append(Chunk(len(self.chunks), variant * each + first,
+                                         variant * each + min(first + CHUNK, each), variant))
+        for variant in range(len(self._outer)):
+            self._check_window(self.variant(variant))
+
+    @staticmethod
+    def _check_numbers(name: str, spec: Mapping[str, Any]) -> None:
+        for value in distributions.grid(spec) if distributions.is_grid(spec) else []:
+            if isinstance(value, bool) or not isinstance(value, (int, float)):
+                raise InputError(f"sweep.fields.{name}: {value!r} must be a number in {unit_of(name)}, without its unit")
+
+    def _check_window(self, study: Study) -> None:
+        first, last = window_of(study)
+        T, length = study.simulation.sample_time, study.simulation.duration
+        if first + study.simulation.record_every >= last:
+            raise InputError(f"sweep.start = {self.settings.start:g} s must be before the end of the run at {length:g} s")
+        if study.sweep.hold > (last - first) * T:
+            raise InputError(f"sweep.hold = {self.settings.hold:g} s must be at most the {(last - first) * T:g} s of the window")
+
+    def variant(self, number: int) -> Study:
+        """The study at a point of the grid over fields that are not lanes."""
+        study = with_values(self.study, dict(zip(self._outer_names, self._outer[number], strict=True)))
+        if not study.observers:
+            raise InputError("the study has no observers; a sweep judges observers")
+        return study
+
+    def values(self, first: int, last: int) -> dict[str, NDArray[Any]]:
+        """The values of all fields at runs ``first .. last - 1``."""
+        run = np.arange(first, last)
+        each = len(self._inner) * self._draws
+        found: dict[str, NDArray[Any]] = {}
+        for column, name in enumerate(self._outer_names):
+            found[name] = np.array([point[column] for point in self._outer])[run // each]
+        for column, name in enumerate(self._inner_names):
+            found[name] = np.array([float(point[column]) for point in self._inner])[run % each // self._draws]
+        for name in self._drawn:
+            found[name] = distributions.draw(name, self.fields[name], float(self._own[name]), self.settings.seed, run % self._draws)
+        return {name: found[name] for name in self.fields}
+
+    def study_of(self, run: int) -> Study:
+        """The study that makes one run alone, to look at it closely."""
+        values = self.values(run, run + 1)
+        plain = {name: value[0].item() for name, value in values.items()}
+        study = with_values(self.study, plain)
+        if self.settings.believe == "own":
+            return study
+        nominal: dict[str, Any] = {}
+        for name, settings in self.study.observers.items():
+            for parameter in ("R_s", "R_r", "L_m", "L_s", "L_r"):
+                if f"machine.{parameter}" in values:
+                    share = float(values.get(f"observers.{name}.errors.{parameter}", [settings.errors.get(parameter, 0.0)])[0])
+                    nominal[f"observers.{name}.errors.{parameter}"] = (
+                        getattr(self.study.machine, parameter) / plain[f"machine.{parameter}"] * (1.0 + share) - 1.0)
+        return with_values(study, nominal) if nominal else study
+
+    @cached_property
+    def observers(self) -> list[str]:
+        """Observers that are judged."""
+        return list(self.study.observers)
+
+
+@lru_cache(maxsize=4)
+def plan_of(text: str) -> Plan:
+    """The plan of a study's text."""
+    return Plan(Study.from_toml(text))
+
+
+def compute(text: str, number: int, jobs: int = 1) -> Part:
+    """One chunk of the sweep of a study, from its text: what a worker anywhere does."""
+    plan = plan_of(text)
+    chunk = plan.chunks[number]
+    study = plan.variant(chunk.variant)
+    values = {name: value for name, value in plan.values(chunk.first, chunk.last).items() if name not in plan._outer_names}
+    count = chunk.last - chunk.first
+    nominal = plan.settings.believe == "nominal"
+    wrong, reasons = impossible(study, values, nominal)
+    found: Part = {name: np.full((len(study.observers), count), np.nan) for name in METRICS}
+    found["holds"][:] = 0.0
+    found["possible"] = ~wrong
+    found["reasons"] = np.array(json.dumps(reasons))
+    good = np.flatnonzero(~wrong)
+    if not good.size:
+        return found
+    if lanes_know(study):
+        summary = run_batch(study, {name: value[good] for name, value in values.items()}, nominal=nominal,
+                            window=window_of(study), band=plan.settings.band, jobs=jobs, machines=len(good))
+        for name, value in metrics(study, summary).items():
+            found[name][:, good] = value
+        return found
+
+    def single(run: int) -> dict[str, Array]:
+        one = plan.study_of(chunk.first + run)
+        data, _ = simulate_labelled(one)
+        return metrics(one, summed(one, data, window_of(one)))
+
+    with ThreadPoolExecutor(jobs) as pool:
+        for run, one in zip(good, pool.map(single, good), strict=True):
+            for name, value in one.items():
+                found[name][:, run] = value[:, 0]
+    return found
+
+
+def locally(plan: Plan, wanted: list[int], jobs: int | None = None) -> Iterator[tuple[int, Part]]:
+    """Chunks one after the other, each by all threads."""
+    for number in wanted:
+        yield number, compute(plan.text, number, jobs or processors())
+
+
+def on_cluster(plan: Plan, wanted: list[int], scheduler: Any) -> Iterator[tuple[int, Part]]:
+    """Chunks by the workers of a dask cluster, as they come; ``scheduler`` is its address or a cluster object.
+
+    Raises
+    ------
+    InputError
+        If dask is not installed or the scheduler does not answer.
+    """
+    try:
+        from distributed import Client, as_completed
+    except ImportError:
+        raise InputError("--scheduler needs dask.distributed; pip install 'imo-analysis[sweep]'") from None
+    try:
+        client = Client(scheduler, timeout=10)
+    except (OSError, ValueError, TimeoutError) as error:
+        raise InputError(f"--scheduler = {scheduler} does not answer ({str(error).splitlines()[0]}); "
+                         "start one with: dask scheduler") from None
+    with client:
+        numbers = {client.submit(compute, plan.text, number, pure=False): number for number in wanted}
+        for future in as_completed(list(numbers)):
+            yield numbers[future], future.result()
+            future.release()
+
+
+def assembled(plan: Plan, parts: Mapping[int, Part]) -> xr.Dataset:
+    """The data set of a sweep from all its chunks.
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimensions ``run`` and ``observer``; each swept field is a coordinate along ``run`` under its dotted name, ``possible``
+        says which runs were made, and the rest is `METRICS`.
+    """
+    import xarray as xr
+
+    values = plan.values(0, plan.runs)
+    ordered = [parts[chunk.number] for chunk in plan.chunks]
+    data: dict[str, Any] = {}
+    for name, (unit, meaning) in METRICS.items():
+        whole = np.concatenate([part[name] for part in ordered], axis=1)
+        attrs = {"units": unit, "long_name": meaning}
+        data[name] = (("observer", "run"), whole.astype(np.int8) if name == "holds" else whole, attrs)
+    data["possible"] = ("run", np.concatenate([part["possible"] for part in ordered]).astype(np.int8),
+                        {"units": "1", "long_name": "1 where the machine, drive and observers can exist and the run was made"})
+    coordinates: dict[str, Any] = {"run": ("run", np.arange(plan.runs), {"units": "1", "long_name": "number of the run"}),
+                                   "observer": ("observer", np.array(plan.observers, dtype=str))}
+    for name, value in values.items():
+        attrs = {"units": unit_of(name), "long_name": name}
+        if isinstance(plan._own[name], (int, float)):
+            attrs["study_value"] = float(plan._own[name])
+        coordinates[name] = ("run", value, attrs)
+    attrs = {**provenance(plan.study), "schema": SCHEMA, "study": plan.text, "seed": plan.settings.seed,
+             "refused": json.dumps(refused(ordered))}
+    return xr.Dataset(data, coordinates, attrs)
+
+
+def refused(parts: list[Part]) -> dict[str, int]:
+    """Why runs were not made, and how many each time."""
+    counts: dict[str, int] = {}
+    for part in parts:
+        for reason in json.loads(str(part["reasons"])):
+            count, _, text = reason.partition(" with ")
+            counts[text] = counts.get(text, 0) + int(count)
+    return counts
+
+
+def unit_of(name: str) -> str:
+    """Unit of a field, by the notation table where it has one."""
+    from imo_analysis.notation import symbol
+
+    parts = name.split(".")
+    own = {"current_bandwidth": "rad/s", "flux_bandwidth": "rad/s", "speed_bandwidth": "rad/s", "voltage_limit": "V",
+           "current_limit": "A", "flux": "Wb", "flux_modulation": "Wb", "flux_modulation_frequency": "rad/s",
+           "current_offset": "A", "current_gain": "1", "current_noise": "A"}
+    if "errors" in parts:
+        return "1"
+    word = parts[-2] if parts[-1].isdigit() else parts[-1]
+    if word in own:
+        return own[word]
+    try:
+        return str(symbol(word).unit)
+    except (KeyError, InputError):
+        return "1"
+
+
+def sweep(
+    study: Study, progress: Callable[[int], None] | None = None, jobs: int | None = None, scheduler: Any = None
+) -> xr.Dataset:
+    """Run the sweep of a study.
+
+    Parameters
+    ----------
+    study : Study
+        With a table ``[sweep]``.
+    progress : callable, optional
+        Called with the number of runs done since the last call.
+    jobs : int, optional
+        Threads.
+    scheduler : str or dask cluster, optional
+        Compute there instead of here.
+
+    Returns
+    -------
+    xarray.Dataset
+        As `assembled`.
+    """
+    plan = Plan(study)
+    wanted = [chunk.number for chunk in plan.chunks]
+    parts: dict[int, Part] = {}
+    for number, part in on_cluster(plan, wanted, scheduler) if scheduler else locally(plan, wanted, jobs):
+        parts[number] = part
+        if progress:
+            progress(len(part["possible"]))
+    check_possible(plan, parts)
+    return assembled(plan, parts)
+
+
+def check_possible(plan: Plan, parts: Mapping[int, Part]) -> None:
+    """Refuse a sweep of which no run could be made."""
+    if not any(part["possible"].any() for part in parts.values()):
+        reasons = "; ".join(f"{count} with {text}" for text, count in refused(list(parts.values())).items())
+        raise InputError(f"none of the {plan.runs} runs of the sweep is possible: {reasons}; change sweep.fields")
