@@ -80,3 +80,29 @@ def plot_resting(data: xr.Dataset) -> Any:
         bottom.semilogy(data["time"], np.maximum(data["flux_error"], 1e-9), **simulated.kwargs())
         bottom.set(xlabel="time (s)", ylabel="flux error (Wb)")
     return figure
+
+
+def plot_duty(run: xr.Dataset, alpha: float) -> Any:
+    """alpha_hat of several observers over a long run.
+
+    Parameters
+    ----------
+    run : xarray.Dataset
+        With ``alpha_hat`` on (observer, time).
+    alpha : float
+        The true value, in 1/s.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure, axis = style.new_figure(width=7.2, height=3.0)
+    with style.style():
+        for number, name in enumerate(run["observer"].values):
+            values = run["alpha_hat"].sel(observer=name).values
+            if np.isfinite(values).any():
+                axis.plot(run["time"], values, **style.line(number).kwargs(), lw=1.0, label=str(name))
+        axis.axhline(alpha, color=style.TRUTH.color, lw=0.9, linestyle=(0, (1, 1.5)), label=r"true $\alpha$")
+        axis.set(xlabel="time (s)", ylabel=r"$\hat\alpha$ (1/s)", ylim=(0, 2.2 * alpha))
+        style.legend_above(axis, ncols=5)
+    return figure
