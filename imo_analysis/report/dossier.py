@@ -15,7 +15,7 @@ from imo_analysis.errors import InputError
 from imo_analysis.excitation.conditions import CONDITIONS
 from imo_analysis.files import folder as checked_folder
 from imo_analysis.ledger.claim import Entry
-from imo_analysis.report.scenarios import ExcitationResult, Scenario
+from imo_analysis.report.scenarios import ExcitationResult, Scenario, main_scenario
 from imo_analysis.study import Study
 
 
@@ -107,6 +107,7 @@ def _compute(
     from imo_analysis.report.checks import beside, collect
     from imo_analysis.report.growth import growth
     from imo_analysis.report.identifiability import identifiability
+    from imo_analysis.report.modulation import modulation
     from imo_analysis.report.page import Html, page
     from imo_analysis.report.pencils import pencils
     from imo_analysis.report.scenarios import divergences, run_scenario, scenario_names
@@ -122,6 +123,8 @@ def _compute(
         lost = divergences(study, note)
         grown = growth(study, work)
         scenarios = [run_scenario(study, name, work, note, runs) for name in scenario_names(study)]
+        note("excitation: a flux modulation that makes alpha identifiable")
+        cured = modulation(study, work)
         note("waiting for the seeded faults and the proofs on Table II")
         proved = collect(worker, work / "checks.json")
     note("writing the page")
@@ -133,7 +136,7 @@ def _compute(
     chapters = [
         ledger_chapter(entries, proved), notation_chapter(), machine_chapter(study.machine), theorem_chapter(entries, *grown),
         pencils_chapter(poles, proved), simulations_chapter(study, scenarios, lost),
-        excitation_chapter(_judged(scenarios), scenarios, possible), reproduce_chapter(study, files),
+        excitation_chapter(_judged(scenarios), scenarios, possible, cured), reproduce_chapter(study, files),
     ]
     title = f"imo report: {study.title}"
     footer = Html("Made by <code>imo report</code>. Formulas are set in a subset of STIX Math (SIL Open Font License 1.1).")
@@ -145,10 +148,9 @@ def _compute(
 
 
 def _judged(scenarios: Sequence[Scenario]) -> list[ExcitationResult]:
-    """The excitation along all runs; the figures of the last run are open."""
-    found = [one for scenario in scenarios for one in scenario.excitation]
-    last = len(scenarios[-1].excitation)
-    return [*found[: len(found) - last], *(replace(one, open=True) for one in found[len(found) - last :])]
+    """The excitation along all runs; the figures of the main run are open."""
+    main = main_scenario(scenarios)
+    return [replace(one, open=scenario is main) for scenario in scenarios for one in scenario.excitation]
 
 
 def _write_json(path: Path, entries: Sequence[Entry]) -> None:
@@ -158,17 +160,17 @@ def _write_json(path: Path, entries: Sequence[Entry]) -> None:
 
 
 def findings(study: Study, scenarios: Sequence[Scenario]) -> list[str]:
-    """What the last run shows (Fig. 4 in the paper's study), in sentences built from its numbers."""
-    last = scenarios[-1]
-    end = last.resting[-1].time
+    """What the main run shows (Fig. 4 in the paper's study), in sentences built from its numbers."""
+    main = main_scenario(scenarios)
+    end = main.resting[-1].time
     found: list[str] = []
-    estimates = [one for one in last.resting if one.time == end and not math.isnan(one.alpha_hat)]
+    estimates = [one for one in main.resting if one.time == end and not math.isnan(one.alpha_hat)]
     if estimates:
         values = ", ".join(f"{one.alpha_hat:.4g} /s (`{one.observer}`, flux error {100 * one.flux_error:.2g} %)"
                            for one in estimates)
-        before = f" Predicted from the study, before simulating: {last.drift[-1].from_study:.4g} /s." if last.drift else ""
-        found.append(f"{last.title}: alpha_hat ends at {values}; the machine has {study.machine.alpha:.5g} /s.{before}")
-    for result in last.excitation:
+        before = f" Predicted from the study, before simulating: {main.drift[-1].from_study:.4g} /s." if main.drift else ""
+        found.append(f"{main.title}: alpha_hat ends at {values}; the machine has {study.machine.alpha:.5g} /s.{before}")
+    for result in main.excitation:
         for name, one in result.summary["conditions"].items():
             lost = one["lost"][0] if one["lost"] else None
             words = f"; mostly lost: {lost['text']} ({100 * lost['share']:.3g} % of the windows)" if lost else ""

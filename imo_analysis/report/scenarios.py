@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -77,6 +77,11 @@ class Divergence:
     diverged: bool
     time: float
     outcome: str
+
+
+def main_scenario(scenarios: Sequence[Scenario]) -> Scenario:
+    """The run that the first screen speaks of: the paper's Fig. 4 where the study has it, else the last."""
+    return next((one for one in scenarios if one.name == "fig4"), scenarios[-1])
 
 
 def scenario_names(study: Study) -> list[str]:

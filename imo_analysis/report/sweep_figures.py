@@ -94,8 +94,8 @@ def _map(data: xr.Dataset, first: str, second: str) -> Figure:
     for axis, name in zip(axes[0], names, strict=True):
         share, _ = shares(data, name, edges, [first, second])
         x, y = edges[0] * x_factor + x_offset, edges[1] * y_factor + y_offset
-        mesh = axis.pcolormesh(x, y, 100 * share.T, vmin=0, vmax=100, cmap="cividis", rasterized=False)
-        if 50 < 100 * np.nanmax(share) and np.nanmin(share) < 0.5 and min(share.shape) > 3:
+        mesh = axis.pcolormesh(x, y, 100 * share.T, vmin=0, vmax=100, cmap="cividis", edgecolors="face", linewidth=0.2)
+        if np.nanmax(share) > 0.5 and np.nanmin(share) < 0.5 and min(share.shape) > 3:
             axis.contour((x[1:] + x[:-1]) / 2, (y[1:] + y[:-1]) / 2, np.nan_to_num(share.T), levels=[0.5], colors="white",
                          linewidths=1.2)
         possible = data["possible"].values == 1

@@ -6,15 +6,16 @@ from collections.abc import Sequence
 
 from imo_analysis.excitation.conditions import CONDITIONS
 from imo_analysis.report.identifiability import Identifiability, RankRow
-from imo_analysis.report.page import Chapter, Html, figure, formula, join, prose, table, tag
-from imo_analysis.report.scenarios import ExcitationResult, Scenario
+from imo_analysis.report.modulation import Modulation
+from imo_analysis.report.page import Chapter, Html, answer, figure, formula, join, prose, table, tag
+from imo_analysis.report.scenarios import ExcitationResult, Scenario, main_scenario
 from imo_analysis.report.words import typeset
 
 
 def excitation_chapter(
-    results: Sequence[ExcitationResult], scenarios: Sequence[Scenario], possible: Identifiability
+    results: Sequence[ExcitationResult], scenarios: Sequence[Scenario], possible: Identifiability, cured: Modulation | None
 ) -> Chapter:
-    """Verdicts along the runs, with eigenvalues and lost directions; where alpha_hat ends; what is possible at all."""
+    """Verdicts along the runs and lost directions; where alpha_hat ends; what is possible at all; the modulation that cures."""
     body = join(
         [
             prose(
@@ -32,6 +33,7 @@ threshold. The scaling and the threshold stand with each result.
             *(_result(result) for result in results),
             *_drift(scenarios),
             *_possible(possible),
+            *_cure(cured),
         ]
     )
     return Chapter("excitation", "Excitation", "Excitation and identifiability", body)
@@ -47,7 +49,7 @@ def _drift(scenarios: Sequence[Scenario]) -> list[Html]:
         for scenario in explained for row in scenario.drift
     ]
     head = ("run", "observer", "step (rad/s)", "predicted from the study", "predicted from the motion", "simulated")
-    drawn = explained[-1].drift_figure
+    drawn = main_scenario(explained).drift_figure
     return [
         tag("h3", "Why the estimate of alpha stops where it does"),
         prose(
@@ -85,6 +87,44 @@ magnitude that changes, or a slip that does, separates them.
         tag("details", tag("summary", "With the speed row of (1), and the load torque as an unknown"),
             _ranks(possible.mechanical, "Speed by the mechanical equation"), class_="more"),
         *(figure(drawn.svg, drawn.caption, drawn.caption, drawn.file) for drawn in possible.figures),
+    ]
+
+
+def _cure(cured: Modulation | None) -> list[Html]:
+    if cured is None:
+        return []
+    head = tag("h3", "Making it identifiable")
+    if cured.design is None or cured.wanted is None:
+        return [head, answer(typeset(cured.refused))]
+    found, wanted = cured.design, cured.wanted
+    speeds, torques = (", ".join(f"{value:g}" for value in values) for values in (wanted.speeds, wanted.torques))
+    rows = [
+        (f"{one.omega:g}", f"{one.alpha_error:+.3f} ± {one.alpha_deviation:.3f}".replace("-", "−"),
+         f"{one.omega_error:+.3f} ± {one.omega_deviation:.3f}".replace("-", "−"), f"{one.torque_ripple_before:.3f}",
+         f"{one.torque_ripple:.3f}")
+        for one in cured.checks
+    ]
+    reached = all(abs(one.alpha_error) <= wanted.alpha and abs(one.omega_error) <= wanted.omega for one in cured.checks)
+    columns = ("speed (rad/s)", r"$\hat{\alpha} - \alpha$ (1/s)", r"$\hat{\omega} - \omega$ (rad/s)",
+               "torque ripple before (N m)", "torque ripple (N m)")
+    return [
+        head,
+        prose(
+            f"""
+A flux magnitude that swings separates speed and alpha. Asked for: alpha within {wanted.alpha:g} /s and speed within
+{wanted.omega:g} rad/s after {wanted.time:g} s, at {speeds} rad/s and {torques} N m, with {wanted.noise:g} A of noise on every
+current sample, within the drive's limits of current and voltage. The sine of least loss that does it for `{cured.observer}`:
+"""
+        ),
+        answer(
+            f"{100 * found.depth:.3g} % of the flux at {found.frequency:.4g} rad/s. It costs {found.loss:.3g} W of copper loss, "
+            f"with peaks of {found.current:.3g} A and {found.voltage:.3g} V. The estimate of alpha then settles at "
+            f"{found.rate:.3g} /s; the noise leaves it {found.bias:.3g} /s off. No estimator can beat {found.alpha_bound:.2g} /s and "
+            f"{found.omega_bound:.2g} rad/s there.",
+            "In closed loop with noise the accuracy is " + ("reached." if reached else "missed.")),
+        table(columns, rows, f"Simulated, the second after {wanted.time:g} s, without load", range(5)),
+        *(figure(one.svg, one.caption, one.caption, one.file) for one in (cured.figure,) if one),
+        tag("p", tag("code", "imo excite --design study.toml"), class_="note"),
     ]
 
 

@@ -1,0 +1,85 @@
+"""The flux modulation that makes alpha identifiable for the study's drive: designed, checked in closed loop, drawn."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from imo_analysis.errors import InputError
+from imo_analysis.report.scenarios import Drawn, keep
+from imo_analysis.report.style import LIMIT, LINES, TRUTH, in_style, legend_above, new_figure
+from imo_analysis.study import Study
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from imo_analysis.excitation.design import Check, Design, Wanted
+
+KINDS = ("repaired", "quiet")  # the observers whose alpha_hat settles, and for which a design is known
+ACCURACY = (0.3, 2.0)  # of alpha in 1/s and omega in rad/s: the defaults of imo excite --design, like all that follow
+WITHIN, NOISE = 5.0, 0.1  # s, A
+TORQUES = (0.0, 5.0)  # N m
+
+
+@dataclass(frozen=True)
+class Modulation:
+    """A design for one observer with its check in closed loop; ``refused`` says why there is none."""
+
+    observer: str
+    wanted: Wanted | None
+    design: Design | None
+    checks: list[Check]
+    figure: Drawn | None
+    refused: str = ""
+
+
+def modulation(study: Study, folder: Path) -> Modulation | None:
+    """Design, simulate with noise and draw; None where the study has no observer of `KINDS`."""
+    from imo_analysis.excitation.design import Wanted, design, verify
+
+    names = [name for name, settings in study.observers.items() if settings.kind in KINDS]
+    if not names or study.drive.flux_modulation > 0:
+        return None
+    name = names[0]
+    settings, machine = study.observers[name], study.machine
+    start = abs(settings.initial.get("alpha_hat", machine.alpha) - machine.alpha)
+    speeds = tuple(study.poles.omega)
+    wanted = Wanted(*ACCURACY, WITHIN, start, speeds, TORQUES, NOISE, current_limit=study.drive.current_limit,
+                    voltage_limit=study.drive.voltage_limit)
+    try:
+        found, _ = design(machine, settings.gains, study.drive.flux, wanted, squares_noise=settings.kind == "repaired")
+    except InputError as error:
+        return Modulation(name, wanted, None, [], None, str(error))
+    checks = verify(study, found, wanted, name)
+    caption = (f"The estimate of alpha of `{name}` with {NOISE:g} A of noise and steps of the speed, with and without the "
+               "designed modulation.")
+    return Modulation(name, wanted, found, checks, keep(folder, "modulation", _drawn(study, found, name), caption))
+
+
+def _drawn(study: Study, found: Any, name: str) -> Figure:
+    """Simulate steps between the speeds of the range, without and with the modulation, and draw alpha_hat."""
+    from imo_analysis.excitation.design import modulated_study
+    from imo_analysis.simulation.run import simulate
+
+    speeds = [*study.poles.omega, study.poles.omega[0]]
+    plain = study.only([name]).changed({
+        "sensors.current_noise": NOISE, "reference.shape": "steps", "reference.omega": speeds,
+        "reference.time": [WITHIN * number for number in range(len(speeds))], "simulation.duration": WITHIN * len(speeds)})
+    return _figure(simulate(plain), simulate(modulated_study(plain, found)), name, study.machine.alpha)
+
+
+@in_style
+def _figure(plain: Any, modulated: Any, name: str, alpha: float) -> Figure:
+    figure, (above, below) = new_figure(2, 1, height=3.9, sharex=True, gridspec_kw={"height_ratios": [2, 1]})
+    for run, label, line in ((plain, "constant flux", LINES[1]), (modulated, "modulated flux", LINES[0])):
+        thin = run.sel(observer=name).isel(time=slice(None, None, max(1, run.sizes["time"] // 1500)))
+        above.plot(thin["time"], thin["alpha_hat"], label=label, **line.kwargs())
+    above.axhline(alpha, color=LIMIT.color, linestyle=LIMIT.linestyle, linewidth=1.0, label="true value")
+    below.plot(thin["time"], thin["omega"], color=TRUTH.color)
+    above.set_ylabel(r"$\hat{\alpha}$ (1/s)")
+    below.set_ylabel("speed (rad/s)")
+    below.set_xlabel("time (s)")
+    above.margins(x=0.01)
+    legend_above(above)
+    return figure
