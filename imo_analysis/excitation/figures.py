@@ -96,13 +96,18 @@ def plot_duty(run: xr.Dataset, alpha: float) -> Any:
     -------
     matplotlib.figure.Figure
     """
-    figure, axis = style.new_figure(width=7.2, height=3.0)
+    figure, (whole, near) = style.new_figure(2, 1, width=7.2, height=4.6, sharex=True)
     with style.style():
         for number, name in enumerate(run["observer"].values):
             values = run["alpha_hat"].sel(observer=name).values
             if np.isfinite(values).any():
-                axis.plot(run["time"], values, **style.line(number).kwargs(), lw=1.0, label=str(name))
-        axis.axhline(alpha, color=style.TRUTH.color, lw=0.9, linestyle=(0, (1, 1.5)), label=r"true $\alpha$")
-        axis.set(xlabel="time (s)", ylabel=r"$\hat\alpha$ (1/s)", ylim=(0, 2.2 * alpha))
-        style.legend_above(axis, ncols=5)
+                for axis in (whole, near):
+                    axis.plot(run["time"], values, **style.line(number).kwargs(), lw=0.9, label=str(name))
+        for axis in (whole, near):
+            axis.axhline(alpha, color=style.TRUTH.color, lw=0.9, linestyle=(0, (1, 1.5)), label=r"true $\alpha$")
+            axis.set_ylabel(r"$\hat\alpha$ (1/s)")
+        whole.set_ylim(0, 1.5 * alpha)
+        near.set(xlabel="time (s)", ylim=(0.94 * alpha, 1.06 * alpha))
+        near.set_title("the same, within 6 % of the true value")
+        style.legend_above(whole, ncols=5)
     return figure

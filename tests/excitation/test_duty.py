@@ -20,7 +20,7 @@ def test_across_with_a_small_modulation_keeps_alpha_and_the_papers_law_does_not(
     rms = {name: float(np.sqrt((late.sel(observer=name) ** 2).mean())) for name in KINDS}
     assert rms["across"] < 0.05 < rms["repaired"] < rms["consistent_12"]
     assert rms["consistent_12"] > 1.0
-    assert len(plot_duty(run, MACHINE.alpha).axes) == 1
+    assert len(plot_duty(run, MACHINE.alpha).axes) == 2
 
 
 @pytest.mark.slow
