@@ -127,8 +127,8 @@ def test_files(text: str, folder: Path) -> None:
     listed = {one["name"] for one in summary["files"]}
     there = {str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()}
     assert listed == there
-    for name in ("lyapunov", "modulation", "identifiability-plane", "fig1-speed", "fig1-window1", "fig4-alpha", "fig4-flux", "poles-plane", "poles-speed",
-                 "fig4-excitation-consistent_12"):
+    for name in ("lyapunov", "modulation", "identifiability-plane", "fig1-speed", "fig1-window1", "fig4-alpha", "fig4-flux",
+                 "poles-plane", "poles-speed", "fig4-excitation-consistent_12"):
         figure = folder / "figures" / f"{name}.svg"
         ET.parse(figure)
         assert f'href="figures/{name}.svg"' in text

@@ -117,10 +117,10 @@ current sample, within the drive's limits of current and voltage. The sine of le
 """
         ),
         answer(
-            f"{100 * found.depth:.3g} % of the flux at {found.frequency:.4g} rad/s. It costs {found.loss:.3g} W of copper loss, "
+            f"{100 * found.depth:.3g} % of the flux at {found.frequency:.4g} rad/s. It costs {found.loss:.3g} W of copper loss "
             f"with peaks of {found.current:.3g} A and {found.voltage:.3g} V. The estimate of alpha then settles at "
-            f"{found.rate:.3g} /s; the noise leaves it {found.bias:.3g} /s off. No estimator can beat {found.alpha_bound:.2g} /s and "
-            f"{found.omega_bound:.2g} rad/s there.",
+            f"{found.rate:.3g} /s; the noise leaves it {found.bias:.3g} /s off. No estimator can beat "
+            f"{found.alpha_bound:.2g} /s and {found.omega_bound:.2g} rad/s there.",
             "In closed loop with noise the accuracy is " + ("reached." if reached else "missed.")),
         table(columns, rows, f"Simulated, the second after {wanted.time:g} s, without load", range(5)),
         *(figure(one.svg, one.caption, one.caption, one.file) for one in (cured.figure,) if one),
