@@ -82,11 +82,11 @@ def drift_figure(explained: dict[str, xr.Dataset]) -> Figure:
         thin = data.isel(time=slice(None, None, step), late=slice(None, None, step))
         start = data.attrs["start"]
         whole = thin.sel(time=slice(0.1 * start, None))
-        axes.plot(whole["time"], whole["alpha_hat"], label=f"{name}, simulated", **line(name).kwargs())
+        axes.plot(whole["time"], whole["alpha_hat"], label=name, **line(name).kwargs())
         axes.plot(thin["late"], thin["predicted"], color=TRUTH.color, linestyle=(0, (1, 2)), linewidth=1.8,
-                  label="predicted from the motion")
-        axes.plot(data["step_time"], data["step_alpha_hat"], "kx", markersize=7, label="predicted from the study alone")
-        axes.axhline(data.attrs["alpha"], color=LIMIT.color, linestyle=LIMIT.linestyle, linewidth=1.0, label="true value")
+                  label="from the motion")
+        axes.plot(data["step_time"], data["step_alpha_hat"], "kx", markersize=7, label="from the study alone")
+        axes.axhline(data.attrs["alpha"], color=LIMIT.color, linestyle=LIMIT.linestyle, linewidth=1.0, label="true")
         axes.set_ylabel(r"$\hat{\alpha}$ (1/s)")
         axes.margins(x=0.01)
         legend_above(axes, ncols=4, columnspacing=1.2)

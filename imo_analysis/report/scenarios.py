@@ -129,7 +129,8 @@ def run_scenario(study: Study, name: str, folder: Path, note: Callable[[str], No
     drawn = None
     if explained:
         drawn = keep(folder, f"{label}-alpha", drift_figure(explained),
-                     f"{chosen.title}: the estimate of alpha, simulated and predicted (see the chapter on excitation).")
+                     f"{chosen.title}: the estimate of alpha, simulated, and predicted from the motion of the machine (dots) and "
+                     "from the study alone (crosses), as the chapter on excitation explains.")
         figures.append(drawn)
     elif adaptive:
         figures.append(keep(folder, f"{label}-alpha", _figures().alpha_figure(run, chosen.machine.alpha, {}, adaptive),

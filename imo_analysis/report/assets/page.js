@@ -41,7 +41,7 @@ if(tools){
 // Poles at one speed, chosen with a slider.
 all(".slider").forEach(function(box){
   var d=JSON.parse(box.querySelector("script").textContent), svg=box.querySelector("svg"), range=box.querySelector("input");
-  var W=720,H=420,L=64,R=16,T=14,B=46,NS="http://www.w3.org/2000/svg";
+  var W=Math.min(720,Math.max(340,svg.clientWidth||720)),H=Math.max(300,W*0.58),L=64,R=16,T=14,B=46,NS="http://www.w3.org/2000/svg";
   var x0=d.re[0],x1=d.re[1],y0=d.im[0],y1=d.im[1];
   var X=function(v){return L+(v-x0)/(x1-x0)*(W-L-R);}, Y=function(v){return T+(y1-v)/(y1-y0)*(H-T-B);};
   svg.setAttribute("viewBox","0 0 "+W+" "+H);
