@@ -29,7 +29,7 @@ from imo_analysis.simulation.run import simulate_labelled
 def ratio(
     one: Callable[[], Any], other: Callable[[], Any], repeats: int, clock: Callable[[], float] = time.process_time
 ) -> tuple[float, float, float]:
-    """Median of time(one) / time(other) over neighbouring stretches, and the median times in s; one call of each goes before."""
+    """Median of time(one) / time(other) over neighbouring stretches, and the median times in s; one call of each before."""
     one()
     other()
     times = []
@@ -48,8 +48,8 @@ def ratio(
 
 def row(what: str, value: float, bound: float, least: bool, detail: str) -> dict[str, Any]:
     """A line of the table; ``least`` where the bound is a lower one."""
-    return {"figure": what, "value": value, "bound": bound, "at_least": least, "reached": value >= bound if least else value <= bound,
-            "detail": detail}
+    return {"figure": what, "value": value, "bound": bound, "at_least": least,
+            "reached": value >= bound if least else value <= bound, "detail": detail}
 
 
 def one_loop(quick: bool) -> list[dict[str, Any]]:
@@ -91,9 +91,11 @@ def one_loop(quick: bool) -> list[dict[str, Any]]:
         value, theirs, _ = ratio(way, ours, 3 if quick else 7)
         wrong = error(way()) if wrong is None else wrong
         accuracy = "" if np.isnan(wrong) else f"; largest scaled error {wrong:.0e}, ours {error_of_ours:.0e}"
-        rows.append(row(f"{name} / ours", value * many, bound, True, f"{theirs / short.seconds * 1e3:.4g} ms per second{accuracy}"))
+        rows.append(row(f"{name} / ours", value * many, bound, True,
+                        f"{theirs / short.seconds * 1e3:.4g} ms per second{accuracy}"))
     value, theirs, _ = ratio(lambda: contenders.plain_python(short), ours, 3 if quick else 7)
-    rows.append(row("the same definitions, not compiled / ours", value * many, 1, True, f"{theirs / short.seconds * 1e3:.4g} ms per second"))
+    rows.append(row("the same definitions, not compiled / ours", value * many, 1, True,
+                    f"{theirs / short.seconds * 1e3:.4g} ms per second"))
     return rows
 
 
@@ -111,10 +113,10 @@ def batches(quick: bool) -> list[dict[str, Any]]:
         rows.append(row("1,024 different machines, one thread / C over lanes", value, 1.20, False,
                         f"{mine * per:.3g} and {theirs * per:.3g} ms per machine and second"))
     threads = min(2, processors())
-    value, one, two = ratio(lambda: contenders.batch(task, values, 1), lambda: contenders.batch(task, values, threads),
+    value, one, two = ratio(lambda: contenders.batch(task, values), lambda: contenders.batch(task, values, threads),
                             7 if quick else 25, time.perf_counter)
     rows.append(row("two threads against one, wall time", value, 1.8, True,
-                    f"{one * per:.3g} and {two * per:.3g} ms per machine and second; load of the machine {os.getloadavg()[0]:.1f}"))
+                    f"{one * per:.3g} and {two * per:.3g} ms per machine and second; machine's load {os.getloadavg()[0]:.1f}"))
     return rows
 
 
@@ -129,7 +131,8 @@ def growth(quick: bool) -> list[dict[str, Any]]:
         return lambda: simulate_labelled(lengthened)
 
     value, long, short = _against(single(longest), single(1.0), longest)
-    rows.append(row(f"cost of {longest} s / {longest} times 1 s", value, 1.10, False, f"{long / longest * 1e3:.3g} and {short * 1e3:.3g} ms per second"))
+    rows.append(row(f"cost of {longest} s / {longest} times 1 s", value, 1.10, False,
+                    f"{long / longest * 1e3:.3g} and {short * 1e3:.3g} ms per second"))
     least, most = 1_000, 10_000 if quick else 100_000
     short_study = study.changed({"simulation.duration": 0.02, "reference": {"time": [0.0], "omega": [20.0]}})
 
@@ -141,7 +144,8 @@ def growth(quick: bool) -> list[dict[str, Any]]:
     value, long, short = _against(many(most), many(least), most // least)
     rows.append(row(f"cost of {most:,} machines / {most // least} times {least:,}", value, 1.10, False,
                     f"{long / most * 1e6:.3g} and {short / least * 1e6:.3g} us per machine"))
-    rows.append(row(f"peak memory after {most:,} machines / after {least:,}", _memory() / before, 1.10, False, f"{_memory() / 1e6:.0f} MB"))
+    rows.append(row(f"peak memory after {most:,} machines / after {least:,}", _memory() / before, 1.10, False,
+                    f"{_memory() / 1e6:.0f} MB"))
     return rows
 
 
@@ -197,13 +201,15 @@ def main() -> int:
     parser.add_argument("--json", metavar="FILE", help="write the rows as JSON")
     arguments = parser.parse_args()
     rows = []
-    print(f"| {'figure':<62} | {'measured':>9} | {'to reach':>9} |    | {'beside it'} |\n|{'-' * 64}|{'-' * 11}|{'-' * 11}|----|---|")
+    print(f"| {'figure':<62} | {'measured':>9} | {'to reach':>9} |    | beside it |")
+    print(f"|{'-' * 64}|{'-' * 11}|{'-' * 11}|----|---|")
     for part in (one_loop, batches, growth, command):
         for line in part(arguments.quick):
             rows.append(line)
             sign = ">=" if line["at_least"] else "<="
             value = f"{line['value']:.3g}" if line["value"] < 1000 else f"{line['value']:,.0f}"
-            print(f"| {line['figure']:<62} | {value:>9} | {sign} {line['bound']:>6,g} | {'ok' if line['reached'] else 'no'} | {line['detail']} |",
+            reached = "ok" if line["reached"] else "no"
+            print(f"| {line['figure']:<62} | {value:>9} | {sign} {line['bound']:>6,g} | {reached} | {line['detail']} |",
                   flush=True)
     if arguments.json:
         Path(arguments.json).write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")

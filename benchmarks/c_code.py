@@ -26,8 +26,9 @@ def load(name: str, flags: tuple[str, ...] = FLAGS) -> Any:
     """A C file of this folder as a loaded library. It needs `compiler`."""
     with tempfile.TemporaryDirectory() as folder:
         library = Path(folder) / "reference.so"
-        subprocess.run([str(compiler()), *flags, "-shared", "-fPIC", "-o", str(library), str(Path(__file__).parent / name), "-lm"],
-                       check=True, capture_output=True)
+        source = Path(__file__).parent / name
+        subprocess.run([str(compiler()), *flags, "-shared", "-fPIC", "-o", str(library), str(source), "-lm"], check=True,
+                       capture_output=True)
         return ctypes.CDLL(str(library))
 
 

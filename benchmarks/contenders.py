@@ -53,7 +53,8 @@ def task(samples: int, settled: float = 0.0) -> Task:
         "windows": [],
     })
     x, c = initial_state(study)
-    start = Task(study, before, x, c, np.array(study.observers[KIND].initial_values), np.ascontiguousarray(inputs(study, 0, before)))
+    y = np.array(study.observers[KIND].initial_values)
+    start = Task(study, before, x, c, y, np.ascontiguousarray(inputs(study, 0, before)))
     if before:
         x, y, c = _ours(start)
         start = Task(study, before, x, c, y, start.inputs)
@@ -64,9 +65,10 @@ def _ours(task: Task) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     study, machine = task.study, task.study.machine
     x, c, y = task.x.copy(), task.c.copy(), task.y.copy()
     out, lost = np.empty((-(-task.samples // 10), 17)), np.full(2, -1)
-    kernel(Loop((KIND,)))(0, task.samples, 10, 1e-4, study.simulation.substeps, BOUND, x, c, task.inputs, (1.0, 1.0, 0.0, 0.0, 0.0),
-                          machine.plant_parameters, machine.B / machine.n_p, drive_parameters(study), out, lost, y,
-                          machine.observer_parameters, study.observers[KIND].gain_values)
+    kernel(Loop((KIND,)))(0, task.samples, 10, 1e-4, study.simulation.substeps, BOUND, x, c, task.inputs,
+                          (1.0, 1.0, 0.0, 0.0, 0.0), machine.plant_parameters, machine.B / machine.n_p,
+                          drive_parameters(study), out, lost, y, machine.observer_parameters,
+                          study.observers[KIND].gain_values)
     return x, y, c
 
 

@@ -56,7 +56,8 @@ def run(args: argparse.Namespace) -> int:
     if changed:
         study = study.changed(changed)
     data = _computed(args, study, out)
-    lines = [f"{data.sizes['run']} runs of {data.attrs['title']}, {int(data['possible'].sum())} of them possible; written to {out}"]
+    possible = int(data["possible"].sum())
+    lines = [f"{data.sizes['run']} runs of {data.attrs['title']}, {possible} of them possible; written to {out}"]
     refused = _refused(data)
     lines += [f"  {count} not made: {text}" for text, count in refused.items()]
     summary = _table(data)
@@ -72,7 +73,7 @@ def run(args: argparse.Namespace) -> int:
     say(args, "\n".join(lines))
     emit_json(args, schema="imo-sweep/1", data={
         "study_sha256": data.attrs["study_sha256"], "out": str(out), "plot": args.plot, "runs": data.sizes["run"],
-        "possible": int(data["possible"].sum()), "refused": refused, "observers": summary,
+        "possible": possible, "refused": refused, "observers": summary,
     })
     return 1 if refused else 0
 

@@ -3,8 +3,8 @@
 What lets LLVM vectorise: one flat buffer with a width known at compile time, no branch and no call in a loop over lanes, and
 `trace`, which moves what is constant out of the loop. The definitions are the ones of `kernel`. Two things make results differ
 from it in the last digits: `trace` multiplies with reciprocals, and products are fused into sums where the processor can, which
-is worth a seventh of the time (a test holds the two to 1e-12). From run to run on one kind of processor they are the same to the
-bit, wherever in a batch a machine stands. Only summaries (`tally`) are kept: a run of any length needs the same memory.
+is worth a seventh of the time (a test holds the two to 1e-12). From run to run on one kind of processor they are the same to
+the bit, wherever in a batch a machine stands. Only summaries (`tally`) are kept: a run of any length needs the same memory.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class Lanes:
     sampled : float
         1 where the observers see samples, 0 where they see currents continuously.
     piece, share : ndarray, shape (2, samples)
-        Row of ``tables`` with the entry of omega_ref and of T_l in force, and how far it is on its way to the next (0 for steps).
+        Row of ``tables`` with the entry of omega_ref and of T_l in force, and how far it is on its way to the next.
     sine, noise : ndarray, shapes (samples,) and (2, samples)
         Of the flux modulation, and of the currents.
     tables, rows : ndarray
@@ -174,7 +174,8 @@ class Lanes:
             i = (gain_d * (1.0 - sampled) * outside[0] + held[4], gain_q * (1.0 - sampled) * outside[1] + held[5])
             return trace.run(kind.rates, s, i, held[:2], held[3], *self._observer(n))
 
-        function, arguments = self._rates(f"rates_{n}", rates, tuple(f"s[{j}]" for j in range(len(kind.states))), ("i_d", "i_q"))
+        states = tuple(f"s[{j}]" for j in range(len(kind.states)))
+        function, arguments = self._rates(f"rates_{n}", rates, states, ("i_d", "i_q"))
         currents = [f"rows[STAGE{2 * stage} + l], rows[STAGE{2 * stage + 1} + l], c" for stage in range(4)]
         return function, [*arguments, *_stages(f"rates_{n}", self._first(n), len(kind.states), currents)]
 
@@ -190,7 +191,7 @@ class Lanes:
             f"def {name}({', '.join(('s', *outside, 'c'))}):",
             "    " + "".join(f"{names[id(value)]}, " for value in needed) + "= c",
             *["    " + line for line in lines],
-            "    return (" + ", ".join(names[id(value)] if isinstance(value, Value) else repr(value) for value in results) + ")",
+            "    return (" + ", ".join(names[id(one)] if isinstance(one, Value) else repr(one) for one in results) + ")",
             "", "",
         ]
         before = {id(value): _at_held(text) for value, text in zip(held, _HELD, strict=False)}
@@ -247,7 +248,8 @@ class Lanes:
             *combine(MACHINE_STATES, *(len(kind.states) for kind in self.kinds))[:-1],
             *(line for function, _ in parts for line in function),
             '@njit(cache=True, error_model="numpy", nogil=True)',
-            "def run(start, samples, every, h, substeps, bound, window, band, sampled, piece, share, sine, noise, tables, kept):",
+            "def run(start, samples, every, h, substeps, bound, window, band, sampled, piece, share, sine, noise, tables,",
+            "        kept):",
             f"    rows = carray(stack_memory({self.rows * WIDTH}), ({self.rows * WIDTH},))",
             f"    for j in range({self.rows * WIDTH}):",
             "        rows[j] = kept[j]",
@@ -326,7 +328,8 @@ def _stages(rates: str, first: int, count: int, arguments: list[str], keep: bool
         if keep:
             lines += [f"rows[STAGE{2 * stage + j} + l] = at[{j}]" for j in range(2)]
         lines.append(f"k = {rates}(at, {arguments[stage]})")
-        lines.append(f"total = {('k', f'move_{count}(total, 2.0, k)', f'move_{count}(total, 2.0, k)', f'move_{count}(total, 1.0, k)')[stage]}")
+        weight = "1.0" if stage == 3 else "2.0"
+        lines.append(f"total = move_{count}(total, {weight}, k)" if stage else "total = k")
     return [*lines, f"s = move_{count}(s, h / 6, total)", *[f"{state} = s[{j}]" for j, state in enumerate(states)]]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -84,7 +85,7 @@ def _level(kept: dict[str, Array], records: Array) -> Array:
     gram[:, 2, 2] = kept["v_11"] / records / scale**2
     gram[:, 2, 3] = gram[:, 3, 2] = kept["v_12"] / records / scale**2
     gram[:, 3, 3] = 1.0
-    defined = np.isfinite(gram).all(axis=(1, 2))
+    defined = np.asarray(np.isfinite(gram).all(axis=(1, 2)))
     return np.where(defined, np.maximum(np.linalg.eigvalsh(np.where(defined[:, None, None], gram, 0.0))[:, 0], 0.0), np.nan)
 
 

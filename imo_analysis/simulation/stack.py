@@ -29,4 +29,4 @@ def stack_memory(typing_context: Any, size: Any) -> Any:
         place.align = ALIGNMENT
         return builder.bitcast(place, ir.DoubleType().as_pointer())
 
-    return types.CPointer(types.float64)(size), generate
+    return types.CPointer(types.float64)(size), generate  # type: ignore[attr-defined]

@@ -20,9 +20,11 @@ from numpy.typing import NDArray
 from imo_analysis.errors import InputError
 from imo_analysis.simulation import distributions
 from imo_analysis.simulation.batch import lane_fields, processors, run_batch
+from imo_analysis.simulation.composition import loop_of
+from imo_analysis.simulation.kernel import plain
 from imo_analysis.simulation.metrics import METRICS, metrics, summed, window_of
 from imo_analysis.simulation.run import provenance, simulate_labelled
-from imo_analysis.simulation.sweep_values import impossible, lanes_know, own_value, with_values
+from imo_analysis.simulation.sweep_values import impossible, own_value, with_values
 from imo_analysis.study import Study
 
 if TYPE_CHECKING:
@@ -50,8 +52,12 @@ class Plan:
 
     Attributes
     ----------
+    source : Study
+        The study as it was given.
     study : Study
-        The study, with the scenario of the sweep merged.
+        The same with the scenario of the sweep merged and no other left.
+    text : str
+        ``study`` as TOML text.
     fields : dict
         Distribution of each field.
     chunks : list of Chunk
@@ -60,8 +66,12 @@ class Plan:
     """
 
     def __init__(self, study: Study) -> None:
-        self.text = study.to_toml()
-        self.study = study.scenario(study.sweep.scenario) if study.sweep.scenario else study
+        self.source = study
+        merged = study.scenario(study.sweep.scenario).data if study.sweep.scenario else study.data
+        alone = {key: value for key, value in merged.items() if key != "scenarios"}
+        alone["sweep"] = {key: value for key, value in alone.get("sweep", {}).items() if key != "scenario"}
+        self.study = Study.from_data(alone)
+        self.text = self.study.to_toml()
         self.settings = self.study.sweep
         self.fields = distributions.flattened(self.settings.fields_)
         if not self.fields:
@@ -94,8 +104,8 @@ class Plan:
         self.chunks: list[Chunk] = []
         for variant in range(len(self._outer)):
             for first in range(0, each, CHUNK):
-                self.chunks.append(Chunk(len(self.chunks), variant * each + first,
-                                         variant * each + min(first + CHUNK, each), variant))
+                last = min(first + CHUNK, each)
+                self.chunks.append(Chunk(len(self.chunks), variant * each + first, variant * each + last, variant))
         for variant in range(len(self._outer)):
             self._check_window(self.variant(variant))
 
@@ -111,7 +121,7 @@ class Plan:
         if first + study.simulation.record_every >= last:
             raise InputError(f"sweep.start = {self.settings.start:g} s must be before the end of the run at {length:g} s")
         if study.sweep.hold > (last - first) * T:
-            raise InputError(f"sweep.hold = {self.settings.hold:g} s must be at most the {(last - first) * T:g} s of the window")
+            raise InputError(f"sweep.hold = {self.settings.hold:g} s must be at most the window, {(last - first) * T:g} s")
 
     def variant(self, number: int) -> Study:
         """The study at a point of the grid over fields that are not lanes."""
@@ -130,7 +140,8 @@ class Plan:
         for column, name in enumerate(self._inner_names):
             found[name] = np.array([float(point[column]) for point in self._inner])[run % each // self._draws]
         for name in self._drawn:
-            found[name] = distributions.draw(name, self.fields[name], float(self._own[name]), self.settings.seed, run % self._draws)
+            spec, own = self.fields[name], float(self._own[name])
+            found[name] = distributions.draw(name, spec, own, self.settings.seed, run % self._draws)
         return {name: found[name] for name in self.fields}
 
     def study_of(self, run: int) -> Study:
@@ -177,7 +188,7 @@ def compute(text: str, number: int, jobs: int = 1) -> Part:
     good = np.flatnonzero(~wrong)
     if not good.size:
         return found
-    if lanes_know(study):
+    if plain(loop_of(study)):
         summary = run_batch(study, {name: value[good] for name, value in values.items()}, nominal=nominal,
                             window=window_of(study), band=plan.settings.band, jobs=jobs, machines=len(good))
         for name, value in metrics(study, summary).items():
@@ -249,13 +260,13 @@ def assembled(plan: Plan, parts: Mapping[int, Part]) -> xr.Dataset:
     coordinates: dict[str, Any] = {"run": ("run", np.arange(plan.runs), {"units": "1", "long_name": "number of the run"}),
                                    "observer": ("observer", np.array(plan.observers, dtype=str))}
     for name, value in values.items():
-        attrs = {"units": unit_of(name), "long_name": name}
+        about: dict[str, Any] = {"units": unit_of(name), "long_name": name}
         if isinstance(plan._own[name], (int, float)):
-            attrs["study_value"] = float(plan._own[name])
-        coordinates[name] = ("run", value, attrs)
-    attrs = {**provenance(plan.study), "schema": SCHEMA, "study": plan.text, "seed": plan.settings.seed,
+            about["study_value"] = float(plan._own[name])
+        coordinates[name] = ("run", value, about)
+    whole_attrs = {**provenance(plan.source), "title": plan.study.title, "schema": SCHEMA, "seed": plan.settings.seed,
              "refused": json.dumps(refused(ordered))}
-    return xr.Dataset(data, coordinates, attrs)
+    return xr.Dataset(data, coordinates, whole_attrs)
 
 
 def refused(parts: list[Part]) -> dict[str, int]:

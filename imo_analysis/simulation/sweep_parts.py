@@ -33,7 +33,8 @@ class Parts:
         manifest = {"schema": "imo-sweep-parts/1", "study": plan.text, "chunk": CHUNK,
                     "versions": {name: version(name) for name in ("imo-analysis", "numpy", "numba", "llvmlite")}}
         if self.path.exists() and not resume:
-            raise InputError(f"{self.path} holds a sweep that was not finished; add --resume to go on with it, or remove the folder")
+            raise InputError(
+                f"{self.path} holds a sweep that was not finished; add --resume to go on with it, or remove the folder")
         folder(self.path)
         place = self.path / _MANIFEST
         if place.exists():
@@ -43,8 +44,8 @@ class Parts:
                 raise InputError(f"{place} cannot be read; remove the folder {self.path} and start anew") from None
             changed = [name for name in manifest if before.get(name) != manifest[name]]
             if changed:
-                raise InputError(f"{self.path} holds another sweep (its {', '.join(changed)} differs); remove the folder, or choose "
-                                 "another --out")
+                raise InputError(f"{self.path} holds another sweep (its {', '.join(changed)} differs); remove the folder, or "
+                                 "choose another --out")
         else:
             write_text(place, json.dumps(manifest, indent=1) + "\n")
 
@@ -64,7 +65,7 @@ class Parts:
     def keep(self, number: int, part: Part) -> None:
         """Write a chunk, whole or not at all."""
         with replacing(self._file(number)) as beside, open(beside, "wb") as file:
-            np.savez(file, **part)
+            np.savez(file, **{name: part[name] for name in _FIELDS})  # type: ignore[arg-type]
 
     def remove(self) -> None:
         """Remove the folder when the result stands."""

@@ -109,20 +109,3 @@ def _machines(machine: Mapping[str, Array], whose: str, refuse: Callable[[NDArra
     pairs = machine["n_p"]
     refuse(~((pairs >= 1) & (pairs <= 200) & (pairs == np.floor(pairs))), f"n_p of {whose} not a whole number from 1 to 200")
     refuse(~(machine["L_m"] * machine["L_m"] < machine["L_s"] * machine["L_r"]), f"L_m of {whose} not below sqrt(L_s L_r)")
-
-
-def lanes_know(study: Study) -> bool:
-    """Whether `lanes` computes everything that the study asks for; what it does not know must be off."""
-    known = {"title", "machine", "simulation", "initial", "reference", "load_torque", "drive", "sensors", "observers", "excitation",
-             "poles", "windows", "sweep", "scenarios", "data", "replay"}
-    for name, info in type(study).model_fields.items():
-        if name not in known and getattr(study, name) != info.get_default():
-            return False
-    inner = {"drive": {*DRIVE_FIELDS, "feedback", "flux_modulation_frequency"},
-             "sensors": {"sampling", "current_noise", "current_offset", "current_gain"}}
-    for table, names in inner.items():
-        part = getattr(study, table)
-        for name, info in type(part).model_fields.items():
-            if name not in names and getattr(part, name) != info.get_default():
-                return False
-    return True
