@@ -115,8 +115,11 @@ def batches(quick: bool) -> list[dict[str, Any]]:
     threads = min(2, processors())
     value, one, two = ratio(lambda: contenders.batch(task, values), lambda: contenders.batch(task, values, threads),
                             7 if quick else 25, time.perf_counter)
-    rows.append(row("two threads against one, wall time", value, 1.8, True,
-                    f"{one * per:.3g} and {two * per:.3g} ms per machine and second; machine's load {os.getloadavg()[0]:.1f}"))
+    work, _, _ = ratio(lambda: contenders.batch(task, values, threads), lambda: contenders.batch(task, values),
+                       7 if quick else 15)
+    rows.append(row("two threads against one, wall time (needs two idle cores)", value, 1.8, True,
+                    f"{one * per:.3g} and {two * per:.3g} ms per machine and second; CPU time of two threads / of one "
+                    f"{work:.3g}; load of the machine {os.getloadavg()[0]:.1f}"))
     return rows
 
 
@@ -130,9 +133,10 @@ def growth(quick: bool) -> list[dict[str, Any]]:
         lengthened = study.changed({"simulation.duration": seconds, "simulation.record_every": 1000})
         return lambda: simulate_labelled(lengthened)
 
-    value, long, short = _against(single(longest), single(1.0), longest)
-    rows.append(row(f"cost of {longest} s / {longest} times 1 s", value, 1.10, False,
-                    f"{long / longest * 1e3:.3g} and {short * 1e3:.3g} ms per second"))
+    for base in (1, 10):
+        value, long, short = _against(single(longest), single(base), longest // base)
+        rows.append(row(f"cost of {longest} s / {longest // base} times {base} s", value, 1.10, False,
+                        f"{long / longest * 1e3:.3g} and {short / base * 1e3:.3g} ms per second"))
     least, most = 1_000, 10_000 if quick else 100_000
     short_study = study.changed({"simulation.duration": 0.02, "reference": {"time": [0.0], "omega": [20.0]}})
 
@@ -140,6 +144,7 @@ def growth(quick: bool) -> list[dict[str, Any]]:
         chunk = contenders.different(short_study, 1000)
         return lambda: [run_batch(short_study, chunk, nominal=True, jobs=1) for _ in range(count // 1000)]
 
+    many(least)()
     before = _memory()
     value, long, short = _against(many(most), many(least), most // least)
     rows.append(row(f"cost of {most:,} machines / {most // least} times {least:,}", value, 1.10, False,

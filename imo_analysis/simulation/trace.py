@@ -156,14 +156,15 @@ def statements(results: Sequence[Any], level: int, names: dict[int, str], prefix
 def evaluated(values: Sequence[Value], given: Mapping[str, Any]) -> list[Any]:
     """Constant values as numbers or arrays, from those of the inputs by name."""
     done: dict[int, Any] = {}
-
-    def number(value: Any) -> Any:
-        if not isinstance(value, Value):
-            return value
-        if id(value) not in done:
-            done[id(value)] = (given[value.args[0]] if value.op == "input"
-                               else _NUMPY[value.op](*[number(arg) for arg in value.args]))
-        return done[id(value)]
-
     with np.errstate(all="ignore"):
-        return [number(value) for value in values]
+        return [_evaluated(value, given, done) for value in values]
+
+
+def _evaluated(value: Any, given: Mapping[str, Any], done: dict[int, Any]) -> Any:
+    """One of them; not a function inside `evaluated`, which would hold on to all arrays until the next garbage collection."""
+    if not isinstance(value, Value):
+        return value
+    if id(value) not in done:
+        done[id(value)] = (given[value.args[0]] if value.op == "input"
+                           else _NUMPY[value.op](*[_evaluated(arg, given, done) for arg in value.args]))
+    return done[id(value)]
