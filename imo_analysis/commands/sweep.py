@@ -100,7 +100,8 @@ def _computed(args: argparse.Namespace, study: Any, out: Path) -> Any:
     check_possible(plan, parts)
     data = assembled(plan, parts)
     with replacing(out) as beside:
-        write_netcdf(data, beside)
+        # the convention by which a reader knows the swept fields for coordinates
+        write_netcdf(data.assign_attrs(coordinates=" ".join(plan.fields)), beside)
     kept.remove()
     return data
 

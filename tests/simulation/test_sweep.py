@@ -251,6 +251,18 @@ def test_killed_and_resumed_is_the_same_to_the_byte(file, monkeypatch, capsys):
         assert (file.parent / f"whole{ending}").read_bytes() == (file.parent / f"cut{ending}").read_bytes()
 
 
+def test_the_file_reads_back_as_what_was_written(file):
+    import xarray as xr
+
+    assert cli.main(["sweep", "study.toml", "--out", "whole.nc"]) == 0
+    with xr.open_dataset(file.parent / "whole.nc", engine="h5netcdf") as back:
+        assert set(back.coords) == {"run", "observer", "machine.R_r", "machine.R_s"}
+        assert len(sweep_figure(back.load()).axes) == 3
+        from imo_analysis.study import Study
+
+        assert back.identical(sweep(Study.load(file)))
+
+
 def test_resuming_another_sweep_is_refused(file, monkeypatch, capsys):
     monkeypatch.setattr(sweeps, "compute", lambda *args: (_ for _ in ()).throw(KeyboardInterrupt))
     assert cli.main(["sweep", "study.toml"]) == 2
