@@ -84,9 +84,22 @@ def main_scenario(scenarios: Sequence[Scenario]) -> Scenario:
     return next((one for one in scenarios if one.name == "fig4"), scenarios[-1])
 
 
+_SPECIAL = ("divergence", "lyapunov")  # shown in a way of their own
+
+
 def scenario_names(study: Study) -> list[str]:
-    """The scenarios that are drawn as runs; of a study without any, the study itself under the empty name."""
-    return [name for name in study.scenarios if name not in ("divergence", "lyapunov")] or [""]
+    """The scenarios that are drawn: those with ``[[windows]]``, which say where to look; all of them if none has any.
+
+    Of a study without scenarios it is the study itself, under the empty name.
+    """
+    names = [name for name in study.scenarios if name not in _SPECIAL]
+    return [name for name in names if study.scenario(name).windows] or names or [""]
+
+
+def not_drawn(study: Study) -> list[str]:
+    """The other scenarios, which ``imo simulate`` runs."""
+    drawn = scenario_names(study)
+    return [name for name in study.scenarios if name not in drawn and name not in _SPECIAL]
 
 
 def run_scenario(study: Study, name: str, folder: Path, note: Callable[[str], None], runs: bool = True) -> Scenario:
@@ -129,8 +142,8 @@ def run_scenario(study: Study, name: str, folder: Path, note: Callable[[str], No
     drawn = None
     if explained:
         drawn = keep(folder, f"{label}-alpha", drift_figure(explained),
-                     f"{chosen.title}: the estimate of alpha, simulated, and predicted from the motion of the machine (dots) and "
-                     "from the study alone (crosses), as the chapter on excitation explains.")
+                     f"{chosen.title}: the estimate of alpha, simulated, and predicted from the motion of the machine (dots) "
+                     "and from the study alone (crosses), as the chapter on excitation explains.")
         figures.append(drawn)
     elif adaptive:
         figures.append(keep(folder, f"{label}-alpha", _figures().alpha_figure(run, chosen.machine.alpha, {}, adaptive),

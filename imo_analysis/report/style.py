@@ -156,6 +156,10 @@ def svg_text(figure: Figure) -> str:
     """The figure as SVG text, the same bytes for the same data: no date, a fixed salt for the ids."""
     buffer = io.StringIO()
     with style():
+        engine = figure.get_layout_engine()
+        if engine is not None:  # laid out here once: savefig would draw the whole figure for it, and then again
+            engine.execute(figure)
+            figure.set_layout_engine("none")
         figure.savefig(buffer, format="svg", dpi=130, metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
     return _PATH.sub(lambda path: _LONG.sub(_short, path[0]), buffer.getvalue())
 

@@ -9,7 +9,7 @@ from imo_analysis.equations.catalogue import OBSERVERS
 from imo_analysis.notation import symbol
 from imo_analysis.report.metrics import Resting
 from imo_analysis.report.page import Chapter, Html, answer, figure, inline, join, number, prose, table, tag
-from imo_analysis.report.scenarios import Divergence, Scenario
+from imo_analysis.report.scenarios import Divergence, Scenario, not_drawn
 from imo_analysis.report.words import typeset
 from imo_analysis.study import Study
 
@@ -34,6 +34,7 @@ command under it. Speeds are electrical.
             table(("name", "what it is", "printed in", "gains (SI units)"), observers, "Observers of the study"),
             *(_scenario(scenario) for scenario in scenarios),
             *_divergences(divergences),
+            *_others(not_drawn(study)),
         ]
     )
     return Chapter("simulations", "Simulations", "Simulations", body)
@@ -71,6 +72,14 @@ def _resting(states: Sequence[Resting]) -> Html:
 
 def _percent(value: float) -> str:
     return "–" if math.isnan(value) else f"{number(100 * value, 2)} %"
+
+
+def _others(names: Sequence[str]) -> list[object]:
+    if not names:
+        return []
+    listed = join((tag("code", f"imo simulate study.toml --scenario {name}") for name in names), ", ")
+    return [tag("p", Html("Scenarios of the study without <code>[[windows]]</code> are not drawn here; to run them: "), listed,
+                Html("."), class_="note")]
 
 
 def _divergences(divergences: Sequence[Divergence]) -> list[object]:
