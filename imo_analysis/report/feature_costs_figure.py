@@ -34,7 +34,7 @@ def feature_costs_figure(data: xr.Dataset) -> Figure:
     figure, axes = new_figure(1, 1, width=7.2, height=1.0 + 0.24 * len(features))
     names = [str(name) for name in data["observer"].values]
     place = np.arange(len(features))
-    error = np.hypot(data["speed_error"], data["speed_ripple"])
+    error = (data["speed_error"] ** 2 + data["speed_ripple"] ** 2) ** 0.5
     for n, name in enumerate(names):
         style, shift = line(name), 0.5 * ((n + 0.5) / len(names) - 0.5)
         values = error.sel(observer=name).values
