@@ -58,7 +58,7 @@ def uniforms(seed: int, index: NDArray[np.int64]) -> tuple[Array, Array]:
         key = _mixed(np.uint64(seed) + np.uint64(0x9E3779B97F4A7C15))
         counter = index.astype(np.uint64) * np.uint64(2)
         one, two = (_mixed(key + (counter + np.uint64(j)) * np.uint64(0x9E3779B97F4A7C15)) for j in (1, 2))
-    return tuple(((bits >> np.uint64(11)).astype(float) + 0.5) * 2.0**-53 for bits in (one, two))  # type: ignore[return-value]
+    return tuple(((bits >> np.uint64(11)).astype(float) + 0.5) * 2.0**-53 for bits in (one, two))
 
 
 def _mixed(value: Any) -> Any:
