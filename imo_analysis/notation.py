@@ -87,6 +87,13 @@ def _table() -> dict[str, Symbol]:
         ("torque", r"T_e", "N m", "electromagnetic torque", "ours"),
         ("V", r"V", "A^2", "Lyapunov function", "(13)"),
         ("t", r"t", "s", "time", "ours"),
+        ("m_1d", r"\bar{v}_{1d}", "A", "running mean of v_1, d axis", "ours"),
+        ("m_1q", r"\bar{v}_{1q}", "A", "running mean of v_1, q axis", "ours"),
+        ("m_2d", r"\bar{v}_{2d}", "A", "running mean of v_2, d axis", "ours"),
+        ("m_2q", r"\bar{v}_{2q}", "A", "running mean of v_2, q axis", "ours"),
+        ("S", r"S", "A^2", "running mean square of what v_1 holds beyond its mean and across v_2", "ours"),
+        ("eta", r"\eta", "1/s", "forgetting rate of the running Gram matrix", "ours"),
+        ("S_0", r"S_0", "A^2", "excitation at which the supervisor is half open", "ours"),
         ("T", r"T", "s", "length of the excitation window", "(19)"),
         ("m", r"m", "1", "excitation level", "(19)"),
     ]

@@ -6,10 +6,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from imo_analysis.equations import across, adaptive, baseline, luenberger, quiet, repaired
+from imo_analysis.equations import across, adaptive, baseline, luenberger, quiet, repaired, supervised
 from imo_analysis.equations.transformation import from_z, reconstructed_flux
 
 _FULL = ("i_ds_hat", "i_qs_hat", "z_1_hat", "z_2_hat", "xi_1_hat", "xi_2_hat", "alpha_hat", "omega_hat")
+RUNNING_GRAM = ("m_1d", "m_1q", "m_2d", "m_2q", "S")
 _GAINS = ("k_1", "k_2", "k_3", "g", "K_p", "alpha_l", "delta")
 PARAMETERS = ("R_s", "L_m", "sigma", "beta", "alpha")
 
@@ -88,5 +89,7 @@ OBSERVERS: dict[str, Observer] = {
                  "ours", "the repaired observer, with alpha_hat that current noise does not drive", True),
         Observer("across", across.across, _FULL, ("k_1", "kappa", *_GAINS[2:]), _flux_adaptive,
                  "ours", "the quiet observer, whose alpha_hat rests while the flux is constant", True),
+        Observer("supervised", supervised.supervised, (*_FULL, *RUNNING_GRAM), ("k_1", "kappa", *_GAINS[2:], "eta", "S_0"),
+                 _flux_adaptive, "ours", "the observer across, whose alpha_hat rests while excitation is lost", True),
     )
 }

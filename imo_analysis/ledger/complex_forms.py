@@ -9,74 +9,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
 from random import Random
 from typing import Any
 
+from imo_analysis.ledger.form import Form
 from imo_analysis.ledger.gauss import Gauss, J, cross, dot
-
-
-@dataclass(frozen=True)
-class Form:
-    """The oracle of one definition.
-
-    Attributes
-    ----------
-    module, function : str
-    shape : tuple of int
-        One entry an argument: 0 for a scalar, n for a tuple of n scalars.
-    value : callable
-        The complex form, on the same arguments.
-    arguments : callable, optional
-        Makes arguments from a `Random` where they must satisfy a relation.
-    """
-
-    module: str
-    function: str
-    shape: tuple[int, ...]
-    value: Callable[..., Any]
-    arguments: Callable[[Random], tuple[Any, ...]] | None = None
-
-    def sample(self, random: Random) -> tuple[Any, ...]:
-        """Arguments at random: fractions that are not zero, of both signs."""
-        if self.arguments:
-            return self.arguments(random)
-
-        def one() -> Fraction:
-            return Fraction(random.choice((-1, 1)) * random.randint(1, 60), random.randint(1, 12))
-
-        return tuple(one() if size == 0 else tuple(one() for _ in range(size)) for size in self.shape)
-
-    def meets(self, function: Callable[..., Any], random: Random, points: int = 4) -> bool:
-        """Whether a function gives the values of the complex form; one that fails to compute does not."""
-        for _ in range(points):
-            arguments = self.sample(random)
-            expected = flat(self.value(*arguments))
-            try:
-                found = flat(function(*arguments))
-            except Exception:  # a mutant may fail in any way, and each is a kill
-                return False
-            if len(found) != len(expected) or not all(map(_same, found, expected)):
-                return False
-        return True
-
-
-def _same(a: Any, b: Any) -> bool:
-    if isinstance(a, float) or isinstance(b, float):
-        return isinstance(a, (int, float, Fraction)) and math.isclose(a, b, rel_tol=1e-9, abs_tol=1e-12)
-    return bool(a == b)
-
-
-def flat(value: Any) -> list[Any]:
-    """The scalars in nested tuples and complex numbers, in order."""
-    if isinstance(value, Gauss):
-        return [value.re, value.im]
-    if isinstance(value, (tuple, list)):
-        return [one for part in value for one in flat(part)]
-    return [value]
-
 
 # ------------------------------------------------------------------------------------------- parameters, machine
 
@@ -157,14 +96,44 @@ def _quiet(x: Any, i: Any, u: Any, direction: Any, p: Any, gains: Any) -> Any:
     )
 
 
-def _across(x: Any, i: Any, u: Any, direction: Any, p: Any, gains: Any) -> Any:
+def _share(v_1: Gauss, v_2: Gauss) -> Any:
+    return dot(v_1, v_2) / (dot(v_2, v_2) + 1)
+
+
+def _directions(x: Any, L_m: Any, beta: Any) -> tuple[Gauss, Gauss]:
+    i_hat = Gauss(*x[:2])
+    return Gauss(*x[4:6]) - i_hat * (1 + L_m * beta), J * (i_hat - Gauss(*x[2:4]))
+
+
+def _gated(x: Any, i: Any, u: Any, direction: Any, p: Any, gains: Any, opening: Any) -> Any:
     """The alpha law sees the part of v_1 that is orthogonal to v_2 (with a floor of 1 A^2); the speed takes over the rest."""
     current, z, xi, _, speed = _quiet(x, i, u, direction, p, gains)
-    error, i_hat = Gauss(*i) - Gauss(*x[:2]), Gauss(*x[:2])
-    v_1, v_2 = Gauss(*x[4:6]) - i_hat * (1 + p[1] * p[3]), J * (i_hat - Gauss(*x[2:4]))
-    share = dot(v_1, v_2) / (dot(v_2, v_2) + 1)
-    alpha_rate = _projection(gains[3] * dot(error, v_1 - v_2 * share), x[6], gains[5], gains[6])
-    return current, z, xi, alpha_rate, speed - share * alpha_rate
+    v_1, v_2 = _directions(x, p[1], p[3])
+    across = v_1 - v_2 * _share(v_1, v_2)
+    alpha_rate = opening * _projection(gains[3] * dot(Gauss(*i) - Gauss(*x[:2]), across), x[6], gains[5], gains[6])
+    return current, z, xi, alpha_rate, speed - _share(v_1, v_2) * alpha_rate
+
+
+def _across(x: Any, i: Any, u: Any, direction: Any, p: Any, gains: Any) -> Any:
+    return _gated(x, i, u, direction, p, gains, 1)
+
+
+def _gate(excited: Any, S_0: Any) -> Any:
+    return 1 / (1 + (S_0 / excited) ** 4)
+
+
+def _running_gram(v_1: Any, v_2: Any, means: Any, excited: Any, eta: Any) -> Any:
+    """|d_1 - c d_2|^2 by Pythagoras."""
+    d_1, d_2 = Gauss(*v_1) - Gauss(*means[:2]), Gauss(*v_2) - Gauss(*means[2:])
+    c = _share(d_1, d_2)
+    left = dot(d_1, d_1) - 2 * c * dot(d_1, d_2) + c * c * dot(d_2, d_2)
+    return d_1 * eta, d_2 * eta, eta * (left - excited)
+
+
+def _supervised(x: Any, i: Any, u: Any, direction: Any, p: Any, gains: Any) -> Any:
+    v = [(one.re, one.im) for one in _directions(x, p[1], p[3])]
+    return (*_gated(x[:8], i, u, direction, p, gains[:7], _gate(x[12], gains[8])),
+            _running_gram(*v, x[8:12], x[12], gains[7]))
 
 
 def _known_alpha(x: Any, i: Any, u: Any, p: Any, gains: Any, feedback: Gauss, sign: Any) -> Any:
@@ -355,7 +324,12 @@ FORMS: tuple[Form, ...] = (
     *(Form("adaptive", which, _OBSERVER, _adaptive(which)) for which in _CONVENTIONS),
     Form("repaired", "repaired", _OBSERVER, _repaired),
     Form("quiet", "quiet", _OBSERVER, _quiet),
+    Form("across", "directions", (6, 0, 0), _directions),
+    Form("across", "share", (2, 2), lambda v_1, v_2: _share(Gauss(*v_1), Gauss(*v_2))),
     Form("across", "across", _OBSERVER, _across),
+    Form("supervised", "gate", (0, 0), _gate),
+    Form("supervised", "running_gram", (2, 2, 4, 0, 0), _running_gram),
+    Form("supervised", "supervised", (13, 2, 2, 0, 5, 9), _supervised),
     Form("luenberger", "luenberger", (5, 2, 2, 5, 3, 2, 0),
          lambda x, i, u, p, k, f, s: _known_alpha(x, i, u, p, k, Gauss(*f), s)),
     *(Form("luenberger", f"luenberger_{which}", _SEVEN, _luenberger(which)) for which in _CONVENTIONS),

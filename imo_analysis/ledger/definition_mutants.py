@@ -20,8 +20,9 @@ from types import ModuleType
 from typing import Any
 
 from imo_analysis import equations
-from imo_analysis.ledger.complex_forms import FORMS, Form, flat
+from imo_analysis.ledger.complex_forms import FORMS
 from imo_analysis.ledger.expression import Name, Relation, as_expr
+from imo_analysis.ledger.form import Form, flat
 from imo_analysis.ledger.kernels import kernel
 from imo_analysis.ledger.mutations import renamed
 from imo_analysis.ledger.question import Question

@@ -20,7 +20,7 @@ import numpy as np
 import sympy as sp
 
 from imo_analysis.equations import plant, transformation
-from imo_analysis.equations.catalogue import OBSERVERS, PARAMETERS, Observer
+from imo_analysis.equations.catalogue import OBSERVERS, PARAMETERS, RUNNING_GRAM, Observer
 from imo_analysis.errors import InputError
 
 Kind = Literal["frozen", "full"]
@@ -103,8 +103,13 @@ def jacobian(name: str, kind: Kind = "frozen") -> Jacobian:
             f"observer = {name!r} has no time-invariant linearisation about a turning flux: its z feedback changes when the "
             "axes turn; use the frozen-speed poles"
         )
+    if kind == "full" and set(RUNNING_GRAM) & set(observer.states):
+        raise InputError(
+            f"observer = {name!r} has no time-invariant linearisation: its running means never rest; use the frozen-speed "
+            "poles, or those of across, which it is while its gate is open"
+        )
     bases = [state.removesuffix("_hat") for state in observer.states]
-    kept = [base for base in bases if kind == "full" or base not in _ADAPTED]
+    kept = [base for base in bases if kind == "full" or base not in (*_ADAPTED, *RUNNING_GRAM)]
     true = {base: sp.Symbol(base, real=True) for base in (*bases, "i_ds", "i_qs")}
     parameters = {symbol: sp.Symbol(symbol, positive=True) for symbol in PARAMETERS}
     true["alpha"] = parameters["alpha"]
@@ -205,9 +210,11 @@ def commutes_with_rotation(name: str) -> bool:
         return (3 * v[0] - 4 * v[1]) / 5, (4 * v[0] + 3 * v[1]) / 5
 
     def turned(x: Any) -> tuple[Any, ...]:
-        scalars = sum(state.removesuffix("_hat") in _ADAPTED for state in observer.states)
-        vectors = [turn(x[k : k + 2]) for k in range(0, len(x) - scalars, 2)]
-        return (*(part for vector in vectors for part in vector), *x[len(x) - scalars :])
+        values = dict(zip(observer.states, x, strict=True))
+        vectors = [state for state in observer.states if state not in ("alpha_hat", "omega_hat", "S")]
+        for d, q in zip(vectors[::2], vectors[1::2], strict=True):
+            values[d], values[q] = turn((values[d], values[q]))
+        return tuple(values.values())
 
     x = tuple(number() for _ in observer.states)
     i, u = (number(), number()), (number(), number())

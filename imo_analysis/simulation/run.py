@@ -166,7 +166,8 @@ def _label(study: Study, order: list[str], loop: Loop, out: Array, outside: Arra
     for axis, values in zip("dq", seen, strict=True):
         data[f"i_{axis}s_meas"] = (time, values, {"units": "A", "long_name": f"stator current, {axis} axis, as measured",
                                                     "latex": rf"i_{{{axis}s}}^{{meas}}"})
-    estimates = {name: np.full((len(names), len(out)), np.nan) for name in ESTIMATES}
+    further = {state: None for name in order for state in OBSERVERS[study.observers[name].kind].states}
+    estimates = {name: np.full((len(names), len(out)), np.nan) for name in dict.fromkeys((*ESTIMATES, *further))}
     for n, name in enumerate(order):
         observer = OBSERVERS[study.observers[name].kind]
         place = names.index(name)

@@ -6,9 +6,10 @@ from dataclasses import replace
 import pytest
 
 from imo_analysis.ledger.claim import Claim, Verdict
-from imo_analysis.ledger.complex_forms import FORMS, Form
+from imo_analysis.ledger.complex_forms import FORMS
 from imo_analysis.ledger.definition_mutants import try_definitions
 from imo_analysis.ledger.expression import parse_relation
+from imo_analysis.ledger.form import Form
 from imo_analysis.ledger.mutants import try_mutants
 from imo_analysis.ledger.mutations import mutations, renamed
 from imo_analysis.ledger.question import Question

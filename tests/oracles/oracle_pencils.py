@@ -51,6 +51,9 @@ class Dual:
     def __rtruediv__(self, other: Any) -> Dual:
         return Dual.of(other) / self
 
+    def __pow__(self, power: int) -> Dual:
+        return self if power == 1 else self ** (power - 1) * self
+
     def __abs__(self) -> Dual:
         if self.value == 0:
             return Dual(Fraction(0))  # only met where the other factor of the product is zero too
@@ -88,9 +91,10 @@ def frozen_poles(name: str, p: dict[str, float], gains: dict[str, float], omega:
         d = alpha * gains["k_3"]
         quartic = np.polyadd(np.polymul([1.0, a, d], [1.0, a, d]), [omega**2, 0.0, -(omega * w) ** 2])
         return np.concatenate([np.roots(quartic), [0.0, 0.0]])
-    sign = {"printed_L": -1.0, "consistent_12": 1.0, "repaired": 1.0, "quiet": 1.0, "across": 1.0}[kind]
+    sign = {"printed_L": -1.0, "consistent_12": 1.0, "repaired": 1.0, "quiet": 1.0, "across": 1.0,
+                "supervised": 1.0}[kind]
     w = gains["kappa"] * (1.0 if omega >= 0 else -1.0) if "kappa" in gains else gains["k_2"] * omega
-    if kind in ("quiet", "across"):
+    if kind in ("quiet", "across", "supervised"):
         a += alpha * (1 + beta * L_m)
     if four:
         roots = np.roots([1.0, a - 1j * omega, 1j * sign * w * (alpha - 1j * omega)])

@@ -14,4 +14,5 @@ MODULES: tuple[str, ...] = (
     "closed_forms",
     "resting",
     "noise",
+    "supervisor",
 )

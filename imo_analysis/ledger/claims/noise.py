@@ -8,7 +8,7 @@ from __future__ import annotations
 from functools import cache
 from typing import Any
 
-from imo_analysis.equations import across, adaptive, excitation, lyapunov, quiet
+from imo_analysis.equations import across, adaptive, lyapunov, quiet
 from imo_analysis.ledger.claim import Algebra, Claim, Verdict
 from imo_analysis.ledger.claims.situations import ERRORS, with_function
 from imo_analysis.ledger.expression import Name, names
@@ -16,6 +16,7 @@ from imo_analysis.ledger.setting import Setting, setting
 from imo_analysis.ledger.settings import CURRENTS, FULL, GAINS, MACHINE, VOLTAGES, errors
 
 ITEM = "Noise (ours)"
+BOUND = "-(k_1 + R_s/sigma + alpha*(1 + beta*L_m))*(i_ds_tilde**2 + i_qs_tilde**2)"
 _UNITS = {"n_1": "A", "n_2": "A", "mean_signal": "A^2", "quiet_signal": "A^2", "signal": "A^2", "speed_mean": "A^2",
           "speed_free": "A^2", "quiet_free": "A^2", "c": "1", "c_dot": "1/s", "square": "A^2"}
 
@@ -47,15 +48,17 @@ def _without_layer(rho: Any, alpha_hat: Any, alpha_l: Any, delta: Any) -> Any:
     return rho
 
 
-def _rates(module: Any, function: Any) -> dict[str, Any]:
-    """The rates of an observer with the projection of its alpha law away from its layer."""
-    gains = (GAINS[0], Name("kappa"), *GAINS[2:])
+_REPAIRED_GAINS = (GAINS[0], Name("kappa"), *GAINS[2:])
+
+
+def rates_without_layer(module: Any, function: Any, state: Any = FULL, gains: Any = _REPAIRED_GAINS) -> dict[str, Any]:
+    """The rates of an observer with the projection of its alpha law, called in ``module``, away from its layer."""
     whole, module.projection = module.projection, _without_layer
     try:
-        row = function(FULL, CURRENTS, VOLTAGES, Name("direction"), MACHINE, gains)
+        row = function(state, CURRENTS, VOLTAGES, Name("direction"), MACHINE, gains)
     finally:
         module.projection = whole
-    return {f"{name.name}_dot": rate for name, rate in zip(FULL, row, strict=True)}
+    return {f"{name.name}_dot": rate for name, rate in zip(state, row, strict=True)}
 
 
 _POSITIVE = ("R_s > 0", "L_m > 0", "k_1 > 0", "k_3 > 0", "kappa > 0", "g > 0", "K_p > 0", "alpha > 0")
@@ -65,7 +68,7 @@ _POSITIVE = ("R_s > 0", "L_m > 0", "k_1 > 0", "k_3 > 0", "kappa > 0", "g > 0", "
 def quiet_errors() -> Setting:
     """`errors` of the observer `quiet`, with V of the repaired observer and its rate; away from the projection's layer."""
     base = errors("repaired")
-    defined = {**base.definitions, **_rates(quiet, quiet.quiet)}
+    defined = {**base.definitions, **rates_without_layer(quiet, quiet.quiet)}
     defined |= with_function(lyapunov.with_direction, ERRORS)
     text = "the machine (6) and the observer with i_hat beside alpha_hat, omega and alpha constant"
     return setting("quiet_errors", text, defined, (*base.hypotheses, *_POSITIVE), base.cases)
@@ -83,11 +86,10 @@ def _weighted(i_ds_tilde: Any, i_qs_tilde: Any, z_1_tilde: Any, z_2_tilde: Any, 
 def across_errors() -> Setting:
     """`errors` of the observer `across`; c is its own ratio, its rate c_dot is left free."""
     base = errors("repaired")
-    v_1 = excitation.alpha_direction(FULL[:2], FULL[4:6], Name("beta"), Name("L_m"))
-    v_2 = excitation.speed_direction(FULL[:2], FULL[2:4])
+    v_1, v_2 = across.directions(FULL, Name("L_m"), Name("beta"))
     square = v_2[0] * v_2[0] + v_2[1] * v_2[1] + across.FLOOR
     defined = {**base.definitions, "square": square, "c": (v_1[0] * v_2[0] + v_1[1] * v_2[1]) / square}
-    defined |= _rates(across, across.across)
+    defined |= rates_without_layer(across, across.across)
     defined |= with_function(_weighted, (*ERRORS, "c"))
     text = "the machine (6) and the observer whose alpha law is across v_2, omega and alpha constant"
     return setting("across_errors", text, defined, (*base.hypotheses, *_POSITIVE, "square > 0"), base.cases, _UNITS)
@@ -107,7 +109,7 @@ CLAIMS = [
         expected=Verdict.HOLDS, setting=quiet_errors(),
         prose="V of the repaired observer falls as V' = -(k_1 + R_s/sigma + alpha (1 + beta L_m)) |i_tilde|^2 for constant "
               "omega of either sign, whatever omega_hat does.",
-        printed=("V_dot = -(k_1 + R_s/sigma + alpha*(1 + beta*L_m))*(i_ds_tilde**2 + i_qs_tilde**2)",),
+        printed=(f"V_dot = {BOUND}",),
         checks=(Algebra("evidence", "the mean of its alpha signal", ("quiet_signal = quiet_free",), setting=noisy()),),
     ),
     Claim(
@@ -116,7 +118,6 @@ CLAIMS = [
         prose="With omega_tilde + c alpha_tilde in the place of omega_tilde, V' = -(k_1 + R_s/sigma + alpha (1 + beta L_m)) "
               "|i_tilde|^2 + (omega_tilde + c alpha_tilde) alpha_tilde c'/K_p, where c = v_1.v_2 / (|v_2|^2 + 1 A^2): while "
               "the slip is constant so is c, and V falls.",
-        printed=("V_dot = -(k_1 + R_s/sigma + alpha*(1 + beta*L_m))*(i_ds_tilde**2 + i_qs_tilde**2)"
-                 " + (omega_tilde + c*alpha_tilde)*alpha_tilde*c_dot/K_p",),
+        printed=(f"V_dot = {BOUND} + (omega_tilde + c*alpha_tilde)*alpha_tilde*c_dot/K_p",),
     ),
 ]
