@@ -131,9 +131,9 @@ def _running_gram(v_1: Any, v_2: Any, means: Any, excited: Any, eta: Any) -> Any
 
 
 def _supervised(x: Any, i: Any, u: Any, direction: Any, p: Any, gains: Any) -> Any:
-    v = [(one.re, one.im) for one in _directions(x, p[1], p[3])]
+    v_1, v_2 = ((one.re, one.im) for one in _directions(x, p[1], p[3]))
     return (*_gated(x[:8], i, u, direction, p, gains[:7], _gate(x[12], gains[8])),
-            _running_gram(*v, x[8:12], x[12], gains[7]))
+            _running_gram(v_1, v_2, x[8:12], x[12], gains[7]))
 
 
 def _known_alpha(x: Any, i: Any, u: Any, p: Any, gains: Any, feedback: Gauss, sign: Any) -> Any:

@@ -72,7 +72,7 @@ def any_flux() -> Setting:
     flux, speed = names("phi_dr phi_qr"), Name("omega")
     beta, L_m = names("beta L_m")
     rates = plant.plant((*CURRENTS, *flux, speed), VOLTAGES, 0, Name("T_l"), (*MACHINE, *names("mu n_p J")))
-    z = transformation.to_z(*CURRENTS, *flux, beta)
+    z = transformation.to_z(CURRENTS[0], CURRENTS[1], flux[0], flux[1], beta)
     v_1 = excitation.alpha_direction(CURRENTS, z, beta, L_m)
     v_2 = excitation.speed_direction(CURRENTS, z)
     a, b = names("a b")
@@ -91,9 +91,9 @@ CLAIMS = [
         id="excitation.circle", item=ITEM,
         title="at constant speed omega and alpha part, unless the flux runs evenly round a circle",
         expected=Verdict.HOLDS, setting=any_flux(),
-        prose="Errors a of alpha and b of omega are unseen next to a constant w exactly while a v_1 + b v_2 + w = 0. With a != 0 that "
-              "is phi' = j (omega - b alpha / a) phi + alpha w / (a beta), whose solutions run evenly round a circle of any centre, "
-              "or along a straight line. With a = 0 it is phi = w / (j b beta): a flux that stands.",
+        prose="Errors a of alpha and b of omega are unseen next to a constant w exactly while a v_1 + b v_2 + w = 0. With a "
+              "!= 0 that is phi' = j (omega - b alpha / a) phi + alpha w / (a beta), whose solutions run evenly round a "
+              "circle of any centre, or along a straight line. With a = 0 it is phi = w / (j b beta): a flux that stands.",
         printed=("seen_d = -a*beta/alpha*(phi_dr_dot + turning*phi_qr - alpha*w_1/(a*beta))",
                  "seen_q = -a*beta/alpha*(phi_qr_dot - turning*phi_dr - alpha*w_2/(a*beta))"),
     ),
@@ -101,10 +101,10 @@ CLAIMS = [
         id="supervisor.decay", item=ITEM, title="what gating the alpha law leaves of the proof",
         expected=Verdict.HOLDS, setting=supervised_errors(),
         prose="Whatever the gate does, with the V of `across`: V' = -(k_1 + R_s/sigma + alpha (1 + beta L_m)) |i_tilde|^2 + "
-              "(omega_tilde + c alpha_tilde) alpha_tilde c'/K_p + (1 - gate) alpha_tilde (r . i_tilde), r the part of v_1 across "
-              "v_2. Open, it is the proof of `across`. Closed, alpha_hat stands still and V falls wherever r = 0, as at constant "
-              "flux with xi_hat and z_hat right; where r moves and the gate is not open yet, V need not fall, and its growth is "
-              "that last term.",
+              "(omega_tilde + c alpha_tilde) alpha_tilde c'/K_p + (1 - gate) alpha_tilde (r . i_tilde), r the part of v_1 "
+              "across v_2. Open, it is the proof of `across`. Closed, alpha_hat stands still and V falls wherever r = 0, as "
+              "at constant flux with xi_hat and z_hat right; where r moves and the gate is not open yet, V need not fall, "
+              "and its growth is that last term.",
         printed=(f"V_dot = {BOUND}{_LEFT}",),
         checks=(
             Algebra("evidence", "the law itself", ("alpha_hat_dot = opening*g*driven", "omega_hat_dot + c*alpha_hat_dot = "
