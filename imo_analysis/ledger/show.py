@@ -159,7 +159,7 @@ def _finding(finding: Finding, width: int) -> list[str]:
     if finding.kind == "squares":
         terms = " + ".join(f"({one['weight']})*({one['base']})**2" for one in detail["squares"])
         wrapped.append(f"difference = {terms or '0'}")
-    if detail.get("residual", "0") != "0":
+    if detail.get("residual", "0") not in ("", "0"):  # an inequality has none
         wrapped.append(f"left - right = {detail['residual']}")
     if "found" in detail:
         wrapped.append(str(detail["found"]))

@@ -17,7 +17,9 @@ EQUATIONS_STABILITY: tuple[Item, ...] = (
             Row("rho_2", "term_rho_2 = alpha*i_ds_tilde*xi_1_tilde + i_ds_tilde*omega*z_2_tilde + alpha*i_qs_tilde*xi_2_tilde"
                 " - i_qs_tilde*omega*z_1_tilde"),
             Row("rho_3", "term_rho_3 = -omega_tilde*i_qs_hat*i_ds_tilde + omega_tilde*i_ds_hat*i_qs_tilde"
-                " + omega_tilde*z_2_hat*i_ds_tilde - omega_tilde*z_1_hat*i_qs_tilde"),
+                " + omega_tilde*z_2_hat*i_ds_tilde - omega_tilde*z_1_hat*i_qs_tilde",
+                scan=_BRACE + "the first minus stands before the brace, at a break of the line; read as the sign of the "
+                "first term, as (11) and (12) have it."),
             Row("z", "term_z = omega/(k_2*omega_hat)*(z_1*z_1_dot + z_2*z_2_dot)",
                 scan=_BRACE + "in (15) the same term carries a tilde under the dot, so the tilde there may be lost in the "
                 "scan."),

@@ -42,7 +42,8 @@ STATEMENTS: tuple[Item, ...] = (
     Item("sign-operator", "", "Section IV-A, below (15)",
          "The sign operator makes the term with the rate of omega_hat at most zero.",
          (Row("inequality", "-omega_dot/omega_hat**2*omega/(2*k_2)*(z_1_tilde**2 + z_2_tilde**2) <= 0",
-              scan="The numerator shows omega with a dot and no hat, as in (14)."),)),
+              scan="The numerator shows omega with a dot and no hat, as in (14); the denominator shows omega**2 without the "
+              "hat that (14) has."),)),
     Item("bounded-from-16", "", "Section IV-A, below (16)",
          "(16) implies V(t) < V(0), and from that all errors are bounded."),
     Item("barbalat-step", "", "Section IV-A, below (18)",

@@ -326,7 +326,9 @@ CLAIMS: list[Claim] = [
         why="the solution of a linear system is bounded by its whole initial state, not by one entry of it",
         assumptions=(
             "alpha constant, alpha >= alpha_l, the projection at rest",
-            "i, phi, omega and u of the machine bounded, v_1 and v_2 bounded",
+            "i, phi, omega and u of the machine bounded; v_1, v_2 and their rates bounded, which no V gives here",
+            "A* moves with omega; in a frame turned by the integral of omega it is constant, R^T R is the same there, and the "
+            "lemma applies",
             _LEMMA,
             "an exponentially stable linear system maps bounded inputs to bounded states (Khalil, Section 9.2)",
         ),

@@ -154,8 +154,9 @@ CLAIMS: list[Claim] = [
             ),
         ),
         assumptions=(
-            "[I, v_1, v_2] persistently exciting",
-            "initial errors (i, w, alpha, omega) small enough",
+            "[I, v_1, v_2] persistently exciting for the true signals, i, phi and u of the machine bounded",
+            "initial errors (i, w, alpha, omega) and z_tilde small enough; z_tilde then moves by no more than the integral of "
+            "|i_tilde|, so that the excitation lasts",
             *_KNOWN,
             "a system whose linear part is uniformly exponentially stable is so itself near zero (Khalil, Theorem 4.13)",
         ),
