@@ -10,7 +10,7 @@ from typing import Any
 
 from imo_analysis.equations import across, excitation, plant, supervised, transformation
 from imo_analysis.ledger.claim import Algebra, Claim, Verdict
-from imo_analysis.ledger.claims.noise import BOUND, across_errors, rates_without_layer
+from imo_analysis.ledger.claims.noise import BOUND, across_errors, free_share, instead, rates_without_layer
 from imo_analysis.ledger.expression import Name, names
 from imo_analysis.ledger.setting import Setting, setting
 from imo_analysis.ledger.settings import CURRENTS, FULL, GAINS, MACHINE, VOLTAGES
@@ -24,19 +24,19 @@ _UNITS = {
 }
 
 
+def _free_gate(S: Any, S_0: Any) -> Any:
+    return Name("opening")
+
+
 @cache
 def supervised_errors() -> Setting:
     """`across_errors` with the gated alpha law: ``opening``, left free, is the gate, (r_d, r_q) what the alpha law sees."""
     base = across_errors()
     gains = (GAINS[0], Name("kappa"), *GAINS[2:], *names("eta S_0"))
-    whole, supervised.gate = supervised.gate, lambda S, S_0: Name("opening")
-    try:
+    with instead(across, share=free_share), instead(supervised, share=free_share, gate=_free_gate):
         row = rates_without_layer(across, supervised.supervised, (*FULL, *_MEANS, _S), gains)
-    finally:
-        supervised.gate = whole
     v_1, v_2 = across.directions(FULL, Name("L_m"), Name("beta"))
-    share = across.share(v_1, v_2)
-    r = (v_1[0] - share * v_2[0], v_1[1] - share * v_2[1])
+    r = (v_1[0] - Name("c") * v_2[0], v_1[1] - Name("c") * v_2[1])
     defined: dict[str, Any] = {
         **base.definitions, **row, "r_d": r[0], "r_q": r[1],
         "v_2d": v_2[0], "v_2q": v_2[1],
