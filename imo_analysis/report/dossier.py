@@ -132,7 +132,7 @@ def _compute(
     files = [("index.html", "this page"), ("ledger.json", "every entry of the ledger"), ("study.toml", "the study, whole"),
              *poles.files, ("checks.json", "seeded faults, and why no printed form gives Table II")]
     files += [one for scenario in scenarios for one in scenario.files]
-    found = [*poles.found, *findings(study, scenarios)]
+    found = [*poles.found, *findings(study, scenarios), *strays(scenarios)]
     chapters = [
         ledger_chapter(entries, proved), notation_chapter(), machine_chapter(study.machine), theorem_chapter(entries, *grown),
         pencils_chapter(poles, proved), simulations_chapter(study, scenarios, lost),
@@ -176,6 +176,23 @@ def findings(study: Study, scenarios: Sequence[Scenario]) -> list[str]:
             words = f"; mostly lost: {lost['text']} ({100 * lost['share']:.3g} % of the windows)" if lost else ""
             share = f"{one['holding']} of {one['windows']} windows"
             found.append(f"{result.title}: {CONDITIONS[name].title} holds in {share}{words}.")
+    return found
+
+
+OFF = 0.02  # of the speed, above which an estimate at the end of a run is called off
+
+
+def strays(scenarios: Sequence[Scenario]) -> list[str]:
+    """The estimates of speed that are off at the end of a run, a sentence a run."""
+    found = []
+    for scenario in scenarios:
+        end = scenario.resting[-1].time
+        errors = {one.observer: abs(one.omega - one.omega_hat) for one in scenario.resting if one.time == end}
+        speed = next(one.omega for one in scenario.resting if one.time == end)
+        off = [f"`{name}` " + ("is lost" if math.isnan(error) else f"by {error:.3g} rad/s")
+               for name, error in errors.items() if not error <= OFF * max(abs(speed), 1.0)]
+        if off:
+            found.append(f"{scenario.title}: at the end, at {speed:.3g} rad/s, the estimate of speed is off: {', '.join(off)}.")
     return found
 
 

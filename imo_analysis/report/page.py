@@ -8,7 +8,6 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from urllib.parse import quote
 
 from imo_analysis.report.math import font_face, mathml
 
@@ -89,11 +88,13 @@ def table(head: Sequence[object], rows: Iterable[Sequence[object]], caption: str
 
 def figure(svg: str, caption: str, alt: str, file: str) -> Html:
     """A figure inside the page (as data, so that its ids and styles stay its own), with a link to its file if there is one."""
-    data = quote(svg[svg.index("<svg") :].replace("\n", " "), safe=" =:;,./()-_*'?@&+!$~[]|")
+    # in double quotes an address may hold all but these; the figures' own quotes become single ones
+    data = svg[svg.index("<svg") :].replace("\n", " ").replace("%", "%25").replace("'", "%27").replace('"', "'")
+    data = data.replace("&", "&amp;").replace("#", "%23")
     size = re.search(r'viewBox="0 0 (\S+) (\S+)"', svg)
     place = f' width="{float(size[1]):.0f}" height="{float(size[2]):.0f}"' if size else ""
     said = html.escape(alt, quote=True)
-    image = Html(f'<img alt="{said}" loading="lazy"{place} src="data:image/svg+xml,{html.escape(data)}">')
+    image = Html(f'<img alt="{said}" loading="lazy"{place} src="data:image/svg+xml,{data}">')
     link = tag("span", " File: ", tag("a", file, href=file), ".") if file else ""
     return tag("figure", image, tag("figcaption", inline(caption), link))
 

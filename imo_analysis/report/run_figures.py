@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-_COLUMNS = 1400  # columns of pixels that a figure can show
+_COLUMNS = 800  # columns of pixels that a figure can show
 
 
 def thinned(time: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

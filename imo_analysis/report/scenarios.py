@@ -128,7 +128,7 @@ def run_scenario(study: Study, name: str, folder: Path, note: Callable[[str], No
     files = _write(run, label, chosen, folder) if runs else []
     observers = [str(one) for one in run["observer"].values]
     figures = [keep(folder, f"{label}-speed", _figures().speed_figure(run),
-                     "Speed, true and estimated, and the error of each estimate. The axes leave out the start-up transient.")]
+                     "Speed, true and estimated, and the error of each estimate. Short peaks may leave the axes.")]
     windows = []
     end = float(run["time"].values[-1])
     shown = [window for window in chosen.windows if window.start < end]
