@@ -66,6 +66,7 @@ def pencils(study: Study, folder: Path, sweeps: bool = True) -> PoleResult:
     from imo_analysis.pencils.table2 import table2
     from imo_analysis.report.scenarios import keep
     from imo_analysis.report.style import rasterized
+    from imo_analysis.simulation.runfile import write_netcdf
 
     machines, observers = observers_of(study)
     table = table2(study.machine, observers, study.poles.omega)
@@ -74,7 +75,7 @@ def pencils(study: Study, folder: Path, sweeps: bool = True) -> PoleResult:
     write_table2(table, folder / "table2.csv")
     files = [("table2.csv", "Table II beside the computed poles")]
     if sweeps:
-        sweep.to_netcdf(folder / "poles.nc", engine="h5netcdf")
+        write_netcdf(sweep.assign_coords(neutral=sweep["neutral"].astype("int8")), folder / "poles.nc")
         write_sweep(sweep, folder / "poles.csv")
         files += [("poles.nc", "poles over the speed sweep"), ("poles.csv", "the same as text")]
     figures = [
