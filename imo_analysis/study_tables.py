@@ -141,7 +141,11 @@ class Drive(Table):
     errors : dict of str to float
         Relative errors of the machine parameters that the drive believes: 0.1 for 1.1 times the machine's value.
     flux_modulation, flux_modulation_frequency : float
-        Sine added to the flux reference: amplitude in Wb and frequency in rad/s. Off by default.
+        Modulation of the flux reference: amplitude in Wb and frequency in rad/s. Off by default.
+    flux_waveform : str
+        ``sine``, ``triangle``, ``square``, or ``two_tone``: equal sines at the frequency and at three times it.
+    flux_modulation_off : tuple of two floats
+        The modulation pauses from the first time to the second, in s; the same time twice for no pause.
     """
 
     flux: Flux = Field(gt=0)
@@ -154,6 +158,8 @@ class Drive(Table):
     errors: dict[str, float] = {}
     flux_modulation: Flux = Field(default=0.0, ge=0)
     flux_modulation_frequency: Speed = Field(default=0.0, ge=0)
+    flux_waveform: Literal["sine", "triangle", "square", "two_tone"] = "sine"
+    flux_modulation_off: tuple[Seconds, Seconds] = (0.0, 0.0)
 
     @model_validator(mode="before")
     @classmethod
@@ -170,6 +176,8 @@ class Drive(Table):
             raise ValueError(f"flux_modulation = {self.flux_modulation:g} Wb must be below flux = {self.flux:g} Wb")
         if self.flux_modulation > 0 and self.flux_modulation_frequency == 0:
             raise ValueError("flux_modulation_frequency = 0 rad/s must be above 0 when flux_modulation is on")
+        if self.flux_modulation_off[1] < self.flux_modulation_off[0]:
+            raise ValueError(f"flux_modulation_off = {list(self.flux_modulation_off)} s must be a time and a later one")
         return self
 
 

@@ -12,7 +12,7 @@ from imo_analysis.errors import InputError
 def design_modulation(args: argparse.Namespace) -> int:
     """Design, simulate the design with noise, print both; exit code 1 if the simulation misses the accuracy."""
     from imo_analysis.commands.output import emit_json, say
-    from imo_analysis.excitation.design import Wanted, design, verify
+    from imo_analysis.excitation.design import Wanted, cheapest_by_waveform, design, verify
     from imo_analysis.study import Study
 
     if args.run:
@@ -27,24 +27,35 @@ def design_modulation(args: argparse.Namespace) -> int:
         alpha, omega, within, start, _numbers("--speeds", args.speeds), _numbers("--torques", args.torques), noise,
         current_limit=study.drive.current_limit, voltage_limit=study.drive.voltage_limit)
     squares = settings.kind == "repaired"
-    found, _ = design(study.machine, settings.gains, study.drive.flux, wanted, squares_noise=squares)
+    found, tried = design(study.machine, settings.gains, study.drive.flux, wanted, squares_noise=squares,
+                          drive=study.drive)
+    waveforms = cheapest_by_waveform(tried, wanted)
     checks = verify(study, found, wanted, observer)
-    say(args, f"flux modulated by {100 * found.depth:.3g} % at {found.frequency:.4g} rad/s, for observer {observer}:")
+    say(args, f"flux modulated by {100 * found.depth:.3g} % at {found.frequency:.4g} rad/s, a {_words(found.waveform)} of the "
+              f"reference, for observer {observer}:")
     say(args, f"  alpha_hat settles at {found.rate:.3g} /s; the noise leaves it {found.bias:.3g} /s off")
     say(args, f"  no estimator can beat, in {wanted.time:g} s: alpha +- {found.alpha_bound:.2g} /s, "
               f"omega +- {found.omega_bound:.2g} rad/s")
     say(args, f"  costs {found.loss:.3g} W of copper loss, peaks of {found.current:.3g} A and {found.voltage:.3g} V")
+    for other in waveforms:
+        if other is not found:
+            say(args, f"  a {_words(other.waveform)} would cost {other.loss:.3g} W: {100 * other.depth:.3g} % at "
+                      f"{other.frequency:.4g} rad/s, peaks of {other.current:.3g} A and {other.voltage:.3g} V")
     say(args, f"in closed loop with {wanted.noise:g} A of noise, after {wanted.time:g} s:")
     for one in checks:
-        say(args, f"  {one.omega:5g} rad/s: alpha {one.alpha_error:+.3f} +- {one.alpha_deviation:.3f} /s, omega "
-                  f"{one.omega_error:+.3f} +- {one.omega_deviation:.3f} rad/s, torque ripple {one.torque_ripple:.3f} N m "
-                  f"({one.torque_ripple_before:.3f} before)")
+        say(args, f"  {one.omega:4g} rad/s, {one.torque:3g} N m: alpha {one.alpha_error:+.3f} +- {one.alpha_deviation:.3f} /s, omega "
+                  f"{one.omega_error:+.3f} +- {one.omega_deviation:.3f} rad/s, {one.loss:.2f} W, torque ripple "
+                  f"{one.torque_ripple:.3f} N m ({one.torque_ripple_before:.3f} before)")
     reached = all(abs(one.alpha_error) <= wanted.alpha and abs(one.omega_error) <= wanted.omega for one in checks)
     say(args, "the wanted accuracy is reached" if reached else "the wanted accuracy is MISSED in closed loop")
     emit_json(args, "imo-excitation-design/1", {
-        "study": args.design, "observer": observer, "wanted": asdict(wanted), "design": asdict(found),
+        "study": args.design, "observer": observer, "wanted": asdict(wanted), "design": asdict(found), "waveforms": [asdict(one) for one in waveforms],
         "closed_loop": [asdict(one) for one in checks], "reached": reached})
     return 0 if reached else 1
+
+
+def _words(waveform: str) -> str:
+    return waveform.replace("_", " ")
 
 
 def _observer(study: Any, asked: list[str] | None) -> str:

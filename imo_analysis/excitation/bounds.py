@@ -91,7 +91,12 @@ def held_torque(flux: float, omega: float, slip: float, depth: float, frequency:
     if depth == 0 or frequency == 0:
         return modulated(flux, omega, slip / (1 + depth) ** 2, depth, 0.0)
     angle = 2 * np.pi * np.arange(points) / points
-    psi = 1 + depth * np.cos(angle)
+    return held_torque_along(1 + depth * np.cos(angle), flux, omega, slip, frequency)
+
+
+def held_torque_along(psi: NDArray[np.float64], flux: float, omega: float, slip: float, frequency: float) -> Motion:
+    """`held_torque` for a flux of any shape: ``psi`` is its magnitude over ``flux``, evenly sampled over one period."""
+    points = len(psi)
     rate = np.fft.fft(slip / psi**2) / points
     mean = rate[0].real
     order = np.fft.fftfreq(points, 1 / points)

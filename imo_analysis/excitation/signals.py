@@ -152,7 +152,8 @@ def open_file(path: str | Path, machine: InductionMachine | None = None) -> Iter
         yield of_dataset(load_run(path), machine, str(path))
         return
     if not path.is_file():
-        raise InputError(f"cannot read {path}: there is no such file; write runs with 'imo simulate --out run.nc'")
+        reason = "it is not a file" if path.exists() else "there is no such file"
+        raise InputError(f"cannot read {path}: {reason}; write runs with 'imo simulate --out run.nc'")
     try:
         file = h5netcdf.File(path, "r")
     except OSError as error:

@@ -25,6 +25,7 @@ from imo_analysis.simulation.kernel import PLANT_STATES
 from imo_analysis.simulation.lanes import DRIVE, MACHINE, WIDTH, Lanes, lanes
 from imo_analysis.simulation.run import BOUND, FLUX_FLOOR
 from imo_analysis.simulation.trace import evaluated
+from imo_analysis.simulation.waveforms import swing
 from imo_analysis.study import Study
 from imo_analysis.study_tables import Load, Reference
 
@@ -243,11 +244,11 @@ def _outside(study: Study, first: int, samples: int, entries: int) -> tuple[Any,
     time = index * T
     omega, to_omega = place(study.reference, time, T)
     load, to_load = place(study.load_torque, time, T)
-    sine = np.sin(study.drive.flux_modulation_frequency * time) if study.drive.flux_modulation_frequency else np.zeros(samples)
+    wave = swing(study.drive, time)
     noise = np.zeros((2, samples))
     if study.sensors.current_noise > 0:
         noise[:] = study.sensors.current_noise * np.array(normals(study.simulation.seed, index))
-    return np.array([omega, load + entries + 1]), np.array([to_omega, to_load]), sine, noise
+    return np.array([omega, load + entries + 1]), np.array([to_omega, to_load]), wave, noise
 
 
 def place(table: Reference | Load, time: NDArray[Any], sample_time: float) -> tuple[NDArray[np.int64], Array]:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from imo_analysis.simulation.waveforms import swing
 from imo_analysis.study import Study
 from imo_analysis.study_tables import Load, Reference
 
@@ -22,7 +23,7 @@ def inputs(study: Study, first: int, count: int) -> Array:
     result[0] = profile(study.reference, study.reference.omega, time, study.simulation.sample_time)
     result[1] = study.drive.flux
     if study.drive.flux_modulation > 0:
-        result[1] += study.drive.flux_modulation * np.sin(study.drive.flux_modulation_frequency * time)
+        result[1] += study.drive.flux_modulation * swing(study.drive, time)
     result[2] = profile(study.load_torque, study.load_torque.T_l, time, study.simulation.sample_time)
     if study.sensors.current_noise > 0:
         result[3:] = study.sensors.current_noise * np.array(normals(study.simulation.seed, index))

@@ -88,12 +88,60 @@ def test_noise_drives_alpha_hat_down_as_the_claim_says(noise):
     assert abs(slope["quiet"]) < 0.2 * abs(claimed)
 
 
+def test_waveforms_are_their_lines():
+    """The Fourier lines against a discrete transform of the waveform, the way the simulation samples it."""
+    from imo_analysis.simulation.waveforms import WAVES, lines
+
+    points = 1 << 14
+    angle = 2 * np.pi * (np.arange(points) + 0.5) / points  # between the square's edges
+    for name, wave in WAVES.items():
+        values = np.asarray(wave(angle), dtype=float)
+        assert np.abs(values).max() == pytest.approx(1, abs=1e-3) and abs(values.mean()) < 1e-12
+        orders, amplitudes = lines(name)
+        found = np.fft.fft(values)[orders] / points * np.exp(-1j * np.pi * orders / points)
+        assert np.allclose(found, amplitudes, rtol=0, atol=2e-4), name
+
+
+def test_a_sine_by_the_drive_costs_what_a_cosine_does():
+    """The phase of the flux cannot matter, and the reference is larger than the flux by the lag of the loops."""
+    drive = Study.paper().drive
+    shape = d.shape_of("sine", 136.3, drive, MACHINE.alpha)
+    by_drive = d.assess(MACHINE, GAINS, 0.5307, 0.0158, 136.3, WANTED, True, shape)
+    alone = d.assess(MACHINE, GAINS, 0.5307, 0.0158, 136.3, WANTED, True)
+    for name in ("rate", "bias", "alpha_bound", "omega_bound", "current", "voltage", "loss"):
+        assert getattr(by_drive, name) == pytest.approx(getattr(alone, name), rel=2e-3), name
+    assert shape.reference == pytest.approx(math.hypot(1, 136.3 / drive.flux_bandwidth), rel=0.01)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("waveform", ["triangle", "square", "two_tone"])
+def test_the_flux_follows_a_waveform_as_predicted(waveform):
+    """Peak of the flux swing, loss and rate of a waveform in closed loop, under load."""
+    study = Study.paper().only(["repaired"])
+    found = d.assess(MACHINE, GAINS, 0.5307, 0.02, 60.0, WANTED, True,
+                     d.shape_of(waveform, 60.0, study.drive, MACHINE.alpha), waveform)
+    from imo_analysis.simulation.run import simulate
+
+    run = simulate(d.modulated_study(study, found).changed({
+        "reference.time": [0.0], "reference.omega": [50.0], "load.T_l": [5.0], "simulation.duration": 4.0}))
+    late = run.sel(time=slice(3, 3 + 9 * 2 * math.pi / 60))
+    psi = np.hypot(late.phi_dr, late.phi_qr)
+    assert float(psi.max() - psi.min()) / 2 == pytest.approx(0.02 * 0.5307, rel=0.03)
+    quiet_wanted = d.Wanted(0.3, 2.0, 5.0, 3.3, (50.0,), (5.0,), 1e-9)
+    check = d.verify(study, found, quiet_wanted, "repaired")[0]
+    assert check.loss == pytest.approx(found.loss, rel=0.03)
+
+
 @pytest.mark.slow
 def test_command(capsys):
     assert main(["excite", "--design", "paper", "--json", "-"]) == 0
     data = json.loads(capsys.readouterr().out)
     assert data["schema"] == "imo-excitation-design/1" and data["reached"] and data["observer"] == "repaired"
     assert 0.005 < data["design"]["depth"] < 0.05
+    assert {one["waveform"] for one in data["waveforms"]} == {"sine", "triangle", "square", "two_tone"}
+    assert data["design"]["loss"] == min(one["loss"] for one in data["waveforms"])
+    for one in data["closed_loop"]:
+        assert one["loss"] == pytest.approx(data["design"]["loss"], rel=0.05) and abs(one["alpha_error"]) < 0.3
 
 
 @pytest.mark.parametrize(

@@ -24,6 +24,21 @@ def test_across_with_a_small_modulation_keeps_alpha_and_the_papers_law_does_not(
 
 
 @pytest.mark.slow
+def test_a_supervised_alpha_rests_while_excitation_is_lost_and_comes_back():
+    from imo_analysis.simulation.run import simulate
+
+    run = simulate(mixed_duty(Study.paper(), 80.0, depth=0.0158, frequency=136.3, off=(20.0, 60.0)))
+    error = run.alpha_hat - MACHINE.alpha
+    lost, back = error.sel(time=slice(24.0, 59.9)), error.sel(time=slice(70.0, None))
+    moved = {name: float(lost.sel(observer=name).max() - lost.sel(observer=name).min()) for name in KINDS}
+    assert moved["supervised"] < 1e-3 < 0.1 < min(moved[name] for name in KINDS if name != "supervised")
+    assert float(abs(error.sel(observer="supervised", time=slice(15.0, None))).max()) < 0.2
+    assert float(abs(back.sel(observer="supervised")).mean()) < 0.05
+    S = run.S.sel(observer="supervised")
+    assert float(S.sel(time=slice(30.0, 59.0)).median()) < 1.0 < 500.0 < float(S.sel(time=slice(70.0, None)).min())
+
+
+@pytest.mark.slow
 def test_speed_steps_do_not_move_the_alpha_of_across():
     """Without noise, at constant flux: the drift of the other laws is gone (claim noise.across, resting.drift)."""
     from imo_analysis.simulation.run import simulate
