@@ -6,7 +6,9 @@ import argparse
 import os
 import re
 import sys
+import warnings
 from importlib import import_module
+from typing import Any
 
 from imo_analysis import __version__
 from imo_analysis.errors import Diverged, InputError
@@ -29,7 +31,9 @@ _NUMBER_LIKE = re.compile(r"^-[\d.]")
 def main(argv: list[str] | None = None) -> int:
     """Run the command line; returns the exit code: 0 done, 1 a check failed or a run diverged, 2 bad input."""
     try:
-        return _run(sys.argv[1:] if argv is None else argv)
+        with warnings.catch_warnings():
+            warnings.showwarning = _warn
+            return _run(sys.argv[1:] if argv is None else argv)
     except InputError as error:
         return _stop(str(error), 2)
     except Diverged as error:
@@ -44,6 +48,11 @@ def main(argv: list[str] | None = None) -> int:
         return _stop(f"{place}{error.strerror or error}", 2)
     except MemoryError:
         return _stop("out of memory; shorten the run, record less often or sweep fewer points", 2)
+
+
+def _warn(message: Warning | str, *_: Any, **__: Any) -> None:
+    """A warning is one line too, without the place in the code that gave it."""
+    print(f"imo: warning: {message}", file=sys.stderr)
 
 
 def _stop(text: str, code: int) -> int:

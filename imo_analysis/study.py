@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import copy
 import hashlib
+import re
 import tomllib
 from collections.abc import Iterable, Mapping
 from functools import cached_property
@@ -40,6 +41,9 @@ from imo_analysis.study_tables import (
     Window,
 )
 from imo_analysis.toml_writer import toml_text
+
+# Names that become part of file names and of the columns of tables.
+_NAME = re.compile(r"\w[\w +.-]{0,59}")
 
 
 class Study(Table):
@@ -127,6 +131,7 @@ class Study(Table):
             raise InputError(f"{where}: data is not a known key")
         data["machine"] = _machine_values(data.get("machine"), where, folder)
         machine = InductionMachine.build(data["machine"], f"{where}: machine")
+        _check_texts(data, where)
         if isinstance(data.get("observers"), Mapping):
             data["observers"] = {name: _with_kind(name, one) for name, one in data["observers"].items()}
         try:
@@ -212,6 +217,18 @@ def merged(base: Mapping[str, Any], overlay: Mapping[str, Any]) -> dict[str, Any
         have = result.get(key)
         result[key] = merged(have, value) if isinstance(have, Mapping) and isinstance(value, Mapping) else value
     return result
+
+
+def _check_texts(data: Mapping[str, Any], where: str) -> None:
+    """Refuse a title that files cannot hold, and names of observers and scenarios that cannot be part of a file's name."""
+    title = data.get("title")
+    if isinstance(title, str) and not (title.isprintable() and 0 < len(title) <= 200):
+        raise InputError(f"{where}: title = {title[:60]!r} must be 1 to 200 characters that can be printed, in one line")
+    for table in ("observers", "scenarios"):
+        for name in data.get(table) or {}:
+            if not _NAME.fullmatch(name):
+                raise InputError(f"{where}: {table}.{name[:60]!r} is not a name; use 1 to 60 letters, digits, spaces, _ + - . "
+                                 "beginning with a letter or digit")
 
 
 def _machine_values(values: Any, where: str, folder: Path | None) -> dict[str, Any]:

@@ -51,6 +51,9 @@ FAULTS = [
     ("[scenarios.fig4]", "[scenarios.fig4.scenarios.a]", "scenarios do not nest"),
     ("[poles]", "[poles", "is not TOML"),
     ('title = "paper"', "data = 3", "data is not a known key"),
+    ('title = "paper"', 'title = "a\\u0000b"', "can be printed"),
+    ("[observers.baseline]", '[observers."../x"]', "is not a name"),
+    ("[scenarios.fig1]", '[scenarios."a/b"]', "is not a name"),
 ]
 
 

@@ -13,6 +13,9 @@ if TYPE_CHECKING:
 
     from imo_analysis.machine import InductionMachine
 
+# Faster than any machine turns, in rad/s; far above it the squares of a pencil overflow.
+_FASTEST = 1e6
+
 DESCRIPTION = "Poles of the observers' error dynamics at frozen speed, beside the paper's Table II, or over a sweep."
 EXAMPLE = """imo poles --omega 30,60,100
   imo poles --sweep -150:150:301 --plot poles.svg --out poles.nc
@@ -91,6 +94,8 @@ def _numbers(text: str) -> list[float]:
         raise InputError("--omega is empty; give at least one speed in rad/s")
     if not all(math.isfinite(value) for value in values):
         raise InputError(f"--omega {text} must be finite, in rad/s")
+    if max(map(abs, values)) > _FASTEST:
+        raise InputError(f"--omega {text} must lie within +-{_FASTEST:g} rad/s")
     return values
 
 
@@ -258,9 +263,10 @@ def _draw(option: str, path: str, data: xr.Dataset, machines: Any, observers: An
 
 def _write(data: xr.Dataset, path: str) -> None:
     from imo_analysis.files import replacing
+    from imo_analysis.simulation.runfile import write_netcdf
 
     with replacing(path) as beside:
         if path.endswith(".nc"):
-            data.assign_coords(neutral=data["neutral"].astype("int8")).to_netcdf(beside, engine="h5netcdf")
+            write_netcdf(data.assign_coords(neutral=data["neutral"].astype("int8")), beside)
         else:
             data.to_dataframe().reset_index().dropna(subset=["re"]).to_csv(beside, index=False)

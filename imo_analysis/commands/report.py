@@ -5,6 +5,9 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+from pathlib import Path
+
+from imo_analysis.errors import InputError
 
 DESCRIPTION = """Writes the dossier of a study into a folder: index.html (one file, opens from disk), ledger.json, table2.csv,
 the pole sweep, the runs as NetCDF and CSV, and every figure as SVG. Without a study it takes the paper's own."""
@@ -26,7 +29,11 @@ def run(args: argparse.Namespace) -> int:
     from imo_analysis.report.dossier import summary, write_dossier
     from imo_analysis.study import Study
 
+    if not args.out:
+        raise InputError("--out is empty; name a folder")
     study = Study.load(args.study) if args.study else Study.paper()
+    if args.study and Path(args.out, "study.toml").resolve() == Path(args.study).resolve():
+        raise InputError(f"--out {args.out} would replace {args.study} by a copy without comments; choose another folder")
     start = time.perf_counter()
 
     def note(text: str) -> None:

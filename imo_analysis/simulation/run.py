@@ -45,7 +45,7 @@ MORE = {
 }
 # A run that would need more bytes than this is refused.
 MEMORY = 8e9
-# Samples between two looks at the keyboard and the progress bar.
+# Steps of the integrator between two looks at the keyboard and the progress bar.
 _STRETCH = 50_000
 
 
@@ -128,7 +128,7 @@ def _run(
     out = np.empty((records, len(loop.columns)))
     outside = np.empty((2, records))
     lost = np.full(1 + len(order), -1)
-    stretch = math.ceil(_STRETCH / every) * every
+    stretch = math.ceil(_STRETCH / simulation.substeps / every) * every
     for start in range(0, simulation.samples, stretch):
         samples = min(stretch, simulation.samples - start)
         given = inputs(study, start, samples)

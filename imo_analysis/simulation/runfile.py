@@ -102,6 +102,9 @@ def write_netcdf(data: Labelled | xr.Dataset, path: Path) -> None:
             )
             variable.attrs.update(attributes)
         file.attrs.update(parts.attrs)
+        beside = [name for name in parts.coordinates if name not in file.dimensions]
+        if beside:  # by this attribute readers tell coordinates from data
+            file.attrs["coordinates"] = " ".join(beside)
     path.write_bytes(memory.getbuffer())
 
 

@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+import warnings
 from pathlib import Path
 
 import pytest
@@ -35,6 +36,9 @@ def test_help_fits_a_screen_and_imports_nothing_heavy(command: str) -> None:
         (["simulate", "no-such-file.toml"], "no-such-file.toml"),
         (["excite", "no-such-run.nc"], "no-such-run.nc"),
         (["report", "no-such-study.toml"], "no-such-study.toml"),
+        (["poles", "--omega", "1e200"], "must lie within"),
+        (["report", "--out", ""], "--out is empty"),
+        (["excite", "."], "it is not a file"),
         (["poles", "--json", "/no-such-folder/x.json"], "/no-such-folder"),
     ],
 )
@@ -53,6 +57,24 @@ def test_an_interrupt_is_one_line(monkeypatch: pytest.MonkeyPatch, capsys: pytes
     monkeypatch.setattr(cli, "_run", interrupt)
     assert cli.main(["report"]) == 2
     assert capsys.readouterr().err.startswith("imo: interrupted")
+
+
+def test_a_warning_is_one_line(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    def warn(argv: list[str]) -> int:
+        warnings.warn("kernels are not kept", stacklevel=1)
+        return 0
+
+    monkeypatch.setattr(cli, "_run", warn)
+    assert cli.main(["report"]) == 0
+    assert capsys.readouterr().err == "imo: warning: kernels are not kept\n"
+
+
+def test_a_report_never_replaces_its_own_study(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    study = tmp_path / "study.toml"
+    assert cli.main(["study", "--init", str(study)]) == 0
+    before = study.read_bytes()
+    assert cli.main(["report", str(study), "--out", str(tmp_path)]) == 2
+    assert "choose another folder" in capsys.readouterr().err and study.read_bytes() == before
 
 
 def test_numbers_that_json_lacks_become_null(tmp_path: Path) -> None:

@@ -27,6 +27,7 @@ def test_sweep_with_a_range_that_begins_with_a_dash(tmp_path: Path, capsys: pyte
     command = ["poles", "--sweep", "-150:150:31", "--observer", "baseline", "consistent_12"]
     assert main([*command, "--plot", str(plot), "--map", str(plane), "--out", str(out)]) == 0
     assert main([*command, "--out", str(table)]) == 0
+    assert "neutral" in xr.load_dataset(out, engine="h5netcdf").coords
     assert plot.read_text().count("<svg") == 1 and "rad/s" not in capsys.readouterr().err
     with xr.open_dataset(out, engine="h5netcdf") as data:
         assert dict(data.sizes) == {"observer": 2, "omega": 31, "branch": 6}
