@@ -44,13 +44,15 @@ Lemma product_lt_right a b : 0 < a -> b < 0 -> a * b < 0. Proof. nra. Qed.
 Ltac ge := first [ lra | apply pow2_ge_0 | apply Rabs_pos | solve [ unfold Rdiv; lazymatch goal with
   | |- 0 <= _ * _ => first [ solve [ apply Rmult_le_pos; ge ] | solve [ apply product_ge; le ] ]
   | |- 0 <= _ + _ => apply Rplus_le_le_0_compat; ge
+  | |- 0 <= _ ^ _ => apply pow_le; ge
   | |- 0 <= _ => apply Rlt_le; gt end ] ]
 with gt := first [ lra | solve [ unfold Rdiv; lazymatch goal with
   | |- 0 < _ * _ => first [ solve [ apply Rmult_lt_0_compat; gt ] | solve [ apply product_gt; lt ] ]
   | |- 0 < / _ => apply Rinv_0_lt_compat; gt
   | |- 0 < _ ^ _ => apply pow_lt; gt
   | |- 0 < - _ => apply Ropp_gt_lt_0_contravar; red; lt
-  | |- 0 < _ => apply Rplus_lt_0_compat; gt end ] ]
+  | |- 0 < _ => first [ solve [ apply Rplus_lt_0_compat; gt ] | solve [ apply Rplus_le_lt_0_compat; [ ge | gt ] ]
+    | solve [ apply Rplus_lt_le_0_compat; [ gt | ge ] ] ] end ] ]
 with le := first [ lra | solve [ unfold Rdiv; lazymatch goal with
   | |- _ * _ <= 0 => first [ solve [ apply product_le_left; [ le | ge ] ] | solve [ apply product_le_right; [ ge | le ] ] ]
   | |- _ <= 0 => apply Rlt_le; lt end ] ]
@@ -58,7 +60,7 @@ with lt := first [ lra | solve [ unfold Rdiv; lazymatch goal with
   | |- _ * _ < 0 => first [ solve [ apply product_lt_left; [ lt | gt ] ] | solve [ apply product_lt_right; [ gt | lt ] ] ]
   | |- / _ < 0 => apply Rinv_lt_0_compat; lt
   | |- - _ < 0 => apply Ropp_lt_gt_0_contravar; red; gt end ] ].
-Ltac sum_not_zero := first [ assumption | lra | nra | apply Rgt_not_eq; gt | apply Rlt_not_eq; lt ].
+Ltac sum_not_zero := first [ assumption | lra | nra | apply Rgt_not_eq; red; gt | apply Rlt_not_eq; lt ].
 Ltac not_negative := first [ ge | nra ].
 
 (* cases, definitions, absolute values *)
