@@ -43,14 +43,14 @@ def design_modulation(args: argparse.Namespace) -> int:
                       f"{other.frequency:.4g} rad/s, peaks of {other.current:.3g} A and {other.voltage:.3g} V")
     say(args, f"in closed loop with {wanted.noise:g} A of noise, after {wanted.time:g} s:")
     for one in checks:
-        say(args, f"  {one.omega:4g} rad/s, {one.torque:3g} N m: alpha {one.alpha_error:+.3f} +- {one.alpha_deviation:.3f} /s, omega "
-                  f"{one.omega_error:+.3f} +- {one.omega_deviation:.3f} rad/s, {one.loss:.2f} W, torque ripple "
-                  f"{one.torque_ripple:.3f} N m ({one.torque_ripple_before:.3f} before)")
+        say(args, f"  {one.omega:4g} rad/s, {one.torque:3g} N m: alpha {one.alpha_error:+.3f} +- {one.alpha_deviation:.3f} /s, "
+                  f"omega {one.omega_error:+.3f} +- {one.omega_deviation:.3f} rad/s, {one.loss:.2f} W, "
+                  f"torque ripple {one.torque_ripple:.3f} N m ({one.torque_ripple_before:.3f} before)")
     reached = all(abs(one.alpha_error) <= wanted.alpha and abs(one.omega_error) <= wanted.omega for one in checks)
     say(args, "the wanted accuracy is reached" if reached else "the wanted accuracy is MISSED in closed loop")
     emit_json(args, "imo-excitation-design/1", {
-        "study": args.design, "observer": observer, "wanted": asdict(wanted), "design": asdict(found), "waveforms": [asdict(one) for one in waveforms],
-        "closed_loop": [asdict(one) for one in checks], "reached": reached})
+        "study": args.design, "observer": observer, "wanted": asdict(wanted), "design": asdict(found),
+        "waveforms": [asdict(one) for one in waveforms], "closed_loop": [asdict(one) for one in checks], "reached": reached})
     return 0 if reached else 1
 
 

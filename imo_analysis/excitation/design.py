@@ -6,8 +6,8 @@ needs its alpha_hat to settle: averaged over the modulation, its error decays at
     rate = g sum_nu |v_1(nu)|^2 Re H(nu),
     H(nu) = 1 / (k_1 + R_s/sigma + j (nu - omega) + (alpha k_3 + kappa |omega|) / (j nu)),
 
-over the sidebands nu = omega_s +- n frequency of every line n of the flux's shape, with |v_1| = beta psi depth |c_n| n
-frequency / alpha (no load; a load does not change which part of v_1 is across v_2), and where the law squares the current's noise it rests
+over the sidebands nu = omega_s +- n frequency of every line n of the flux's shape, |v_1| = beta psi depth |c_n| n frequency /
+alpha (no load; a load does not change which part of v_1 is across v_2), and where the law squares the current's noise it rests
 2 g (1 + beta L_m) noise^2 / rate too low (claim ``noise.bias``).
 """
 
@@ -16,6 +16,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -103,7 +104,7 @@ class Design:
     waveform: str = "sine"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Shape:
     """A periodic swing of the flux with a peak of 1, as the sum of c_n exp(j n angle) and the conjugates.
 
@@ -118,6 +119,11 @@ class Shape:
     orders: NDArray[np.int64]
     amplitudes: NDArray[np.complex128]
     reference: float = 1.0
+
+    @cached_property
+    def swing(self) -> NDArray[np.float64]:
+        """The swing at 256 points of a period."""
+        return self.sampled(256)
 
     def sampled(self, points: int = 512, derivative: int = 0) -> NDArray[np.float64]:
         """The swing, or its derivative by the angle, evenly over a period."""
@@ -198,7 +204,7 @@ def _accuracy(machine: InductionMachine, gains: Mapping[str, float], flux: float
     speeds = np.asarray(wanted.speeds, float)
     measurement = Measurement(wanted.noise, 10_000.0, wanted.time)
     slips = [slip_at(machine, torque, flux) for torque in wanted.torques]
-    psi = 1 + depth * shape.sampled(256)
+    psi = 1 + depth * shape.swing
     bounds = [bounds_over_speed(machine, held_torque_along(psi, flux, 0.0, slip, frequency), speeds, measurement)
               for slip in slips]
     rate = min(settling_rate(machine, gains, flux, depth, frequency, omega, slip, shape)

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from imo_analysis.drawing import LIMIT, LINES, TRUTH, in_style, legend_above, new_figure
 from imo_analysis.errors import InputError
+from imo_analysis.report.duty import Duty, duty
 from imo_analysis.report.scenarios import Drawn, keep
-from imo_analysis.report.style import LIMIT, LINES, TRUTH, in_style, legend_above, new_figure
 from imo_analysis.study import Study
 
 if TYPE_CHECKING:
@@ -31,12 +32,14 @@ class Modulation:
     design: Design | None
     checks: list[Check]
     figure: Drawn | None
+    waveforms: list[Design]
+    duty: Duty | None
     refused: str = ""
 
 
 def modulation(study: Study, folder: Path) -> Modulation | None:
     """Design, simulate with noise and draw; None where the study has no observer of `KINDS`."""
-    from imo_analysis.excitation.design import Wanted, design, verify
+    from imo_analysis.excitation.design import Wanted, cheapest_by_waveform, design, verify
 
     names = [name for name, settings in study.observers.items() if settings.kind in KINDS]
     if not names or study.drive.flux_modulation > 0:
@@ -48,13 +51,15 @@ def modulation(study: Study, folder: Path) -> Modulation | None:
     wanted = Wanted(*ACCURACY, WITHIN, start, speeds, TORQUES, NOISE, current_limit=study.drive.current_limit,
                     voltage_limit=study.drive.voltage_limit)
     try:
-        found, _ = design(machine, settings.gains, study.drive.flux, wanted, squares_noise=settings.kind == "repaired")
+        found, tried = design(machine, settings.gains, study.drive.flux, wanted, squares_noise=settings.kind == "repaired",
+                              drive=study.drive)
     except InputError as error:
-        return Modulation(name, wanted, None, [], None, str(error))
+        return Modulation(name, wanted, None, [], None, [], None, str(error))
     checks = verify(study, found, wanted, name)
     caption = (f"The estimate of alpha of `{name}` with {NOISE:g} A of noise and steps of the speed, with and without the "
                "designed modulation.")
-    return Modulation(name, wanted, found, checks, keep(folder, "modulation", _drawn(study, found, name), caption))
+    drawn = keep(folder, "modulation", _drawn(study, found, name), caption)
+    return Modulation(name, wanted, found, checks, drawn, cheapest_by_waveform(tried, wanted), duty(study, found, folder))
 
 
 def _drawn(study: Study, found: Any, name: str) -> Figure:

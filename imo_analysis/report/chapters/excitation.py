@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from imo_analysis.excitation.conditions import CONDITIONS
+from imo_analysis.report.duty import Duty
 from imo_analysis.report.identifiability import Identifiability, RankRow
 from imo_analysis.report.modulation import Modulation
 from imo_analysis.report.page import Chapter, Html, answer, figure, formula, join, prose, table, tag
@@ -99,32 +100,66 @@ def _cure(cured: Modulation | None) -> list[Html]:
     found, wanted = cured.design, cured.wanted
     speeds, torques = (", ".join(f"{value:g}" for value in values) for values in (wanted.speeds, wanted.torques))
     rows = [
-        (f"{one.omega:g}", f"{one.alpha_error:+.3f} ± {one.alpha_deviation:.3f}".replace("-", "−"),
+        (f"{one.omega:g}", f"{one.torque:g}", f"{one.alpha_error:+.3f} ± {one.alpha_deviation:.3f}".replace("-", "−"),
          f"{one.omega_error:+.3f} ± {one.omega_deviation:.3f}".replace("-", "−"), f"{one.torque_ripple_before:.3f}",
-         f"{one.torque_ripple:.3f}")
+         f"{one.torque_ripple:.3f}", f"{one.loss:.2f}")
         for one in cured.checks
     ]
     reached = all(abs(one.alpha_error) <= wanted.alpha and abs(one.omega_error) <= wanted.omega for one in cured.checks)
-    columns = ("speed (rad/s)", r"$\hat{\alpha} - \alpha$ (1/s)", r"$\hat{\omega} - \omega$ (rad/s)",
-               "torque ripple before (N m)", "torque ripple (N m)")
+    columns = ("speed (rad/s)", "load (N m)", r"$\hat{\alpha} - \alpha$ (1/s)", r"$\hat{\omega} - \omega$ (rad/s)",
+               "torque ripple before (N m)", "torque ripple (N m)", "added loss (W)")
+    waveforms = [
+        (typeset(one.waveform.replace("_", " ")), f"{100 * one.depth:.3g}", f"{one.frequency:.4g}", f"{one.loss:.3g}",
+         f"{one.current:.3g}", f"{one.voltage:.3g}")
+        for one in cured.waveforms
+    ]
+    kinds = ("reference", "depth of the flux (%)", "frequency (rad/s)", "added loss (W)", "peak current (A)",
+             "peak voltage (V)")
     return [
         head,
         prose(
             f"""
 A flux magnitude that swings separates speed and alpha. Asked for: alpha within {wanted.alpha:g} /s and speed within
 {wanted.omega:g} rad/s after {wanted.time:g} s, at {speeds} rad/s and {torques} N m, with {wanted.noise:g} A of noise on every
-current sample, within the drive's limits of current and voltage. The sine of least loss that does it for `{cured.observer}`:
+current sample, within the drive's limits of current and voltage. The cheapest modulation that does it for `{cured.observer}`:
 """
         ),
         answer(
-            f"{100 * found.depth:.3g} % of the flux at {found.frequency:.4g} rad/s. It costs {found.loss:.3g} W of copper loss "
+            f"{100 * found.depth:.3g} % of the flux at {found.frequency:.4g} rad/s, a {found.waveform.replace('_', ' ')} "
+            f"of the reference. It costs {found.loss:.3g} W of copper loss "
             f"with peaks of {found.current:.3g} A and {found.voltage:.3g} V. The estimate of alpha then settles at "
             f"{found.rate:.3g} /s; the noise leaves it {found.bias:.3g} /s off. No estimator can beat "
             f"{found.alpha_bound:.2g} /s and {found.omega_bound:.2g} rad/s there.",
             "In closed loop with noise the accuracy is " + ("reached." if reached else "missed.")),
-        table(columns, rows, f"Simulated, the second after {wanted.time:g} s, without load", range(5)),
+        table(columns, rows, f"Simulated in closed loop, the second after {wanted.time:g} s", range(7)),
+        table(kinds, waveforms, "The cheapest modulation by waveform, as the drive's loops let the flux follow", range(1, 6)),
         *(figure(one.svg, one.caption, one.caption, one.file) for one in (cured.figure,) if one),
         tag("p", tag("code", "imo excite --design study.toml"), class_="note"),
+        *_duty(cured.duty),
+    ]
+
+
+def _duty(duty: Duty | None) -> list[Html]:
+    if duty is None:
+        return []
+    rows = [(tag("code", row.observer), f"{row.excited:.3f}", f"{row.end_of_pause:+.3f}".replace("-", "−"), f"{row.moved:.2g}",
+             f"{row.back:.3f}") for row in duty.rows]
+    head = ("observer", "largest error, modulated", "error at the end of the pause", "moved in the pause",
+            "largest error, modulated again")
+    return [
+        tag("h3", "An adaptation that rests when excitation is lost"),
+        prose(
+            r"""
+Noise on the measured current pulls the alpha of (9) down by $2 g (1 + \beta L_m)$ times its variance, and with nothing to pull
+it back it ends at its lower bound. `supervised` adapts alpha along what the speed cannot explain, and only while a running Gram
+matrix of the regressors holds more of it than noise does: $S^4 / (S^4 + S_0^4)$ scales the law. Its proof is the ledger's
+`supervisor.decay`: with the gate open that of the observer without supervisor; with the gate closed V still falls wherever the
+regressor across is zero, and alpha stands still.
+"""
+        ),
+        table(head, rows, rf"$\hat{{\alpha}} - \alpha$ in 1/s over {duty.duration:g} s of mixed duty, {duty.noise:g} A noise",
+              range(1, 5)),
+        figure(duty.figure.svg, duty.figure.caption, duty.figure.caption, duty.figure.file),
     ]
 
 

@@ -1,0 +1,90 @@
+"""Mixed duty with noise and a pause of the modulation: the paper's alpha law against one that a supervisor stops."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from imo_analysis.drawing import LIMIT, in_style, legend_above, line, new_figure
+from imo_analysis.errors import InputError
+from imo_analysis.report.scenarios import Drawn, keep
+from imo_analysis.study import Study
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from imo_analysis.excitation.design import Design
+
+DURATION, NOISE = 300.0, 0.1  # s, A
+SHOWN = ("consistent_12", "repaired", "supervised")
+
+
+@dataclass(frozen=True)
+class DutyRow:
+    """An observer: how far its alpha_hat is off at most with the modulation, at the end of the pause, and how far it went."""
+
+    observer: str
+    excited: float
+    end_of_pause: float
+    moved: float
+    back: float
+
+
+@dataclass(frozen=True)
+class Duty:
+    """The run's length, its pause, a row for each of `SHOWN`, and the figure."""
+
+    duration: float
+    pause: tuple[float, float]
+    noise: float
+    rows: list[DutyRow]
+    figure: Drawn
+
+
+def duty(study: Study, found: Design, folder: Path) -> Duty | None:
+    """Simulate `DURATION` of mixed duty with a designed modulation that pauses; None where the study lacks the observers."""
+    from imo_analysis.excitation.duty import mixed_duty
+    from imo_analysis.simulation.run import simulate
+
+    pause = (DURATION / 3, DURATION * 2 / 3)
+    try:
+        mixed = mixed_duty(study, DURATION, noise=NOISE, depth=found.depth, frequency=found.frequency, off=pause)
+    except InputError:
+        return None
+    run = simulate(mixed.only(list(SHOWN)))
+    error = run["alpha_hat"] - study.machine.alpha
+    settled, edge = 30.0, 5.0  # s: to converge at the start and after the pause, and for the supervisor to see the loss
+    rows = []
+    for name in SHOWN:
+        one = error.sel(observer=name)
+        lost = one.sel(time=slice(pause[0] + edge, pause[1])).values
+        rows.append(DutyRow(
+            name, float(np.abs(one.sel(time=slice(settled, pause[0]))).max()), float(lost[-1]), float(np.ptp(lost)),
+            float(np.abs(one.sel(time=slice(pause[1] + settled, None))).max())))
+    caption = (f"The estimate of alpha over {DURATION:g} s of random speeds and loads with {NOISE:g} A of noise; the flux is "
+               f"modulated, but not from {pause[0]:g} to {pause[1]:g} s. Below: what the supervisor sees, and its threshold.")
+    return Duty(DURATION, pause, NOISE, rows, keep(folder, "duty", _drawn(run, study.machine.alpha, pause), caption))
+
+
+@in_style
+def _drawn(run: Any, alpha: float, pause: tuple[float, float]) -> Figure:
+    from imo_analysis.excitation.duty import SUPERVISOR
+
+    figure, (above, below) = new_figure(2, 1, height=4.3, sharex=True, gridspec_kw={"height_ratios": [2, 1]})
+    thin = run.isel(time=slice(None, None, max(1, run.sizes["time"] // 1500)))
+    for name in SHOWN:
+        above.plot(thin["time"], thin["alpha_hat"].sel(observer=name), label=name, **line(name).kwargs())
+    above.axhline(alpha, color=LIMIT.color, linestyle=LIMIT.linestyle, linewidth=1.0, label="true value")
+    above.set_ylabel(r"$\hat{\alpha}$ (1/s)")
+    below.semilogy(thin["time"], np.maximum(thin["S"].sel(observer="supervised"), 1e-2), **line("supervised").kwargs())
+    below.axhline(SUPERVISOR["S_0"], color=LIMIT.color, linestyle=LIMIT.linestyle, linewidth=1.0)
+    below.set_ylabel(r"$S$ (A$^2$)")
+    below.set_xlabel("time (s)")
+    for axes in (above, below):
+        axes.axvspan(*pause, color="0.9", zorder=0)
+        axes.margins(x=0.01)
+    legend_above(above, ncols=4)
+    return figure
