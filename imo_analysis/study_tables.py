@@ -269,6 +269,8 @@ class ObserverSettings(Table):
         missing = [name for name in observer.gains if name not in values["gains"]]
         if missing:
             raise ValueError(f"gains of {kind} are missing: {', '.join(missing)}")
+        if values["gains"].get("delta", 1.0) <= 0:
+            raise ValueError(f"gains.delta = {values['gains']['delta']:g} 1/s must be above 0, the width of the layer in (10)")
         errors = values.get("errors", {})
         if not isinstance(errors, dict):
             raise ValueError(f"errors = {errors!r} must be a table of names and numbers")
@@ -342,7 +344,7 @@ class Replay(Table):
     rate : float, optional
         Samples a second in Hz, in place of the time column.
     voltage, current, direction : str
-        What samples stand for, and where the direction of rotation comes from: `imo_analysis.simulation.replay.Treatment`.
+        What samples stand for, and where the direction of rotation comes from: `imo_analysis.replay.estimate.Treatment`.
     gaps : str
         ``stop`` where samples are missing, or ``bridge`` them by straight lines.
     bandwidth : float, optional

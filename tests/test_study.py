@@ -53,6 +53,7 @@ FAULTS = [
     ('title = "paper"', "data = 3", "data is not a known key"),
     ('title = "paper"', 'title = "a\\u0000b"', "can be printed"),
     ("[observers.baseline]", '[observers."../x"]', "is not a name"),
+    ("delta = 0.01", "delta = 0.0", "gains.delta = 0 1/s must be above 0"),
     ("[scenarios.fig1]", '[scenarios."a/b"]', "is not a name"),
 ]
 
