@@ -22,8 +22,8 @@ from typing import Any
 import numpy as np
 
 from benchmarks import c_code, contenders
-from imo_analysis.simulation.batch import processors, run_batch
 from imo_analysis.simulation.run import simulate_labelled
+from imo_analysis.sweeps.batch import processors, run_batch
 
 
 def ratio(

@@ -17,13 +17,13 @@ import numpy as np
 from benchmarks import c_code
 from imo_analysis.equations.catalogue import OBSERVERS
 from imo_analysis.simulation import drive
-from imo_analysis.simulation.batch import Summary, derived, run_batch
 from imo_analysis.simulation.inputs import inputs
 from imo_analysis.simulation.kernel import Loop, kernel
-from imo_analysis.simulation.lanes import MACHINE
 from imo_analysis.simulation.loaded_machine import direction_of, machine_rates
 from imo_analysis.simulation.run import BOUND, drive_parameters, initial_state
 from imo_analysis.study import Study
+from imo_analysis.sweeps.batch import Summary, derived, run_batch
+from imo_analysis.sweeps.lanes import MACHINE
 
 KIND = "repaired"
 

@@ -88,8 +88,8 @@ def _write(args: argparse.Namespace, results: list[Any], observers: list[str]) -
     from imo_analysis.commands.output import say
 
     if args.plot:
+        from imo_analysis.drawing import save_svg
         from imo_analysis.excitation.figures import plot_excitation
-        from imo_analysis.report.style import save_svg
 
         save_svg(plot_excitation(results[0]), args.plot)
         say(args, f"wrote {args.plot}")

@@ -248,9 +248,9 @@ def _summary(args: argparse.Namespace, data: xr.Dataset) -> dict[str, Any]:
 
 
 def _draw(option: str, path: str, data: xr.Dataset, machines: Any, observers: Any) -> None:
+    from imo_analysis.drawing import save_svg
     from imo_analysis.pencils.maps import plot_against, plot_plane
     from imo_analysis.pencils.table2 import table2
-    from imo_analysis.report.style import save_svg
 
     frozen = data.attrs.get("kind") == "frozen"
     title = "Poles of the error dynamics" + (" at frozen speed" if frozen else ", with adaptation")

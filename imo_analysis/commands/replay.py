@@ -49,7 +49,11 @@ def run(args: argparse.Namespace) -> int:
     """Do it; 1 when an observer diverged."""
     import tempfile
 
-    from imo_analysis.simulation import log_check, log_mistakes, log_survey, logs, replay
+    from imo_analysis.replay import check as log_check
+    from imo_analysis.replay import estimate as replay
+    from imo_analysis.replay import logs
+    from imo_analysis.replay import mistakes as log_mistakes
+    from imo_analysis.replay import survey as log_survey
 
     _check_places(args)
     machine, settings = _machine(args.machine)
@@ -82,8 +86,8 @@ def run(args: argparse.Namespace) -> int:
         _report(args, results, verdicts)
         if args.plot:
             from imo_analysis.commands.output import say
+            from imo_analysis.drawing import save_svg
             from imo_analysis.report.replay_figure import replay_figure, thinned
-            from imo_analysis.report.style import save_svg
 
             save_svg(replay_figure(thinned(place)), args.plot)
             say(args, f"wrote {args.plot}")
@@ -151,7 +155,7 @@ def _tell(
     machine: Any, bandwidth: float | None,
 ) -> None:
     from imo_analysis.commands.output import say
-    from imo_analysis.simulation.replay_gains import default_bandwidth, speed_noise
+    from imo_analysis.replay.gains import default_bandwidth, speed_noise
 
     end = found.start + found.rows * found.sample_time
     say(args, f"{log.path}: {found.rows} samples at {1 / found.sample_time:.6g} Hz, {found.start:g} s to {end:.6g} s")
@@ -183,9 +187,9 @@ def _run(
 ) -> dict[str, dict[str, Any]]:
     import sys
 
-    from imo_analysis.simulation import replay
-    from imo_analysis.simulation.replay_file import write_estimates
-    from imo_analysis.simulation.replay_summary import Tally
+    from imo_analysis.replay import estimate as replay
+    from imo_analysis.replay.estimate_file import write_estimates
+    from imo_analysis.replay.summary import Tally
 
     tally = Tally(found, observers)
     names = [runner.name for runner in observers]
@@ -251,7 +255,7 @@ def _report(args: argparse.Namespace, results: dict[str, dict[str, Any]], verdic
 
 
 def _settled(at: float | None) -> str:
-    from imo_analysis.simulation.replay_summary import SETTLED
+    from imo_analysis.replay.summary import SETTLED
 
     band = f"within {100 * SETTLED:g} % of the largest speed"
     if at is None:

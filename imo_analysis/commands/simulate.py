@@ -91,8 +91,8 @@ def _write(args: argparse.Namespace, study: Any, data: Any, fault: str | None) -
 
 def _plot(args: argparse.Namespace, study: Any, data: Any) -> list[str]:
     from imo_analysis.commands.output import say
+    from imo_analysis.drawing import save_svg
     from imo_analysis.report.run_figures import speed_figure
-    from imo_analysis.report.style import save_svg
 
     run, name = data.dataset(), args.plot
     save_svg(speed_figure(run), name)

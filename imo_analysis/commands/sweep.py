@@ -65,7 +65,7 @@ def run(args: argparse.Namespace) -> int:
               f"rms speed error: median {line['speed_rms_median']:.3g}, 95 % below {line['speed_rms_95']:.3g} rad/s"
               for name, line in summary.items()]
     if args.plot:
-        from imo_analysis.report.style import save_svg
+        from imo_analysis.drawing import save_svg
         from imo_analysis.report.sweep_figures import sweep_figure
 
         save_svg(sweep_figure(data), args.plot)
@@ -84,8 +84,8 @@ def _computed(args: argparse.Namespace, study: Any, out: Path) -> Any:
 
     from imo_analysis.files import replacing
     from imo_analysis.simulation.runfile import write_netcdf
-    from imo_analysis.simulation.sweep import Plan, assembled, check_possible, locally, on_cluster
-    from imo_analysis.simulation.sweep_parts import Parts
+    from imo_analysis.sweeps.parts import Parts
+    from imo_analysis.sweeps.sweep import Plan, assembled, check_possible, locally, on_cluster
 
     plan = Plan(study)
     kept = Parts(plan, out, args.resume)

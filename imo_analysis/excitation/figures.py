@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from imo_analysis import drawing as style
 from imo_analysis.excitation.conditions import CONDITIONS
 from imo_analysis.excitation.words import conditions_in
-from imo_analysis.report import style
 
 _FLOOR = 1e-10  # below it is rounding
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from imo_analysis.report import style
+from imo_analysis import drawing as style
 
 _LEVELS = (-4, -3.5, -3, -2.5, -2, -1.5, -1, -0.5, 0, 0.5, 1)
 _LABELLED = (-4, -3, -2, -1, 0, 1)

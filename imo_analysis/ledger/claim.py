@@ -63,7 +63,8 @@ class Computed:
     """A check by a function that returns ``(passed, what was found)``.
 
     ``exact`` says whether the function works in integers and fractions; otherwise it is numerical evidence and marked so.
-    ``failing`` is a variant of the function's input which it must reject: a check that cannot fail is none.
+    ``failing`` is a variant of the function's input which it must reject, ``passing`` one which it must accept: a check that
+    passes needs the first, one that fails the second, for a check with one answer only is none.
     """
 
     role: str
@@ -72,6 +73,7 @@ class Computed:
     exact: bool = False
     arguments: tuple[Any, ...] = ()
     failing: tuple[Any, ...] | None = None
+    passing: tuple[Any, ...] | None = None
 
 
 @dataclass(frozen=True)
@@ -126,6 +128,8 @@ class Claim:
         Anything else that the reader needs.
     mutate : bool
         Whether mutants of its formulas are tried.
+    cited : str
+        Where it rests on a theorem or an assumption that nothing here proves: its source. The verdict is then labelled.
     units : str
         Empty where all formulas are dimensionally consistent; otherwise what fails, in a few words, as expected.
     """
@@ -149,6 +153,7 @@ class Claim:
     consequences: Sequence[str] = ()
     note: str = ""
     mutate: bool = True
+    cited: str = ""
     units: str = ""
 
     def __post_init__(self) -> None:
@@ -236,6 +241,11 @@ class Entry:
         """No error of the tool."""
         return not self.errors
 
+    @property
+    def label(self) -> str:
+        """The verdict in words, with a mark where it rests on what is cited."""
+        return str(self.verdict or "not settled") + (" (cited)" if self.claim.cited else "")
+
     def to_dict(self) -> dict[str, Any]:
         """Plain data for JSON (`imo-ledger/1`), with every formula as text and as LaTeX."""
         from imo_analysis.ledger.expression import parse_relation
@@ -256,6 +266,7 @@ class Entry:
             "setting": claim.setting.text,
             "hypotheses": [str(one) for one in claim.setting.hypotheses], "assumptions": list(claim.assumptions),
             "origin": claim.origin, "why": claim.why, "consequences": list(claim.consequences), "note": claim.note,
+            "cited": claim.cited,
             "findings": [one.to_dict() for one in self.findings],
             "trajectories": [vars(one) for one in claim.trajectories],
             "units": self.unit_faults, "kernels": list(self.kernels), "errors": self.errors,

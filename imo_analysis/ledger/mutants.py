@@ -2,26 +2,30 @@
 
 Which slips are unequal is decided without any kernel, by exact fractions at points where the hypotheses hold: a difference
 at one point is a proof. The other slips must be confirmed as true by every kernel: they are the equivalent ones.
+
+Of an inequality, a slip that is false at a point is told from one that may still be true: there only the certificate, the
+sum of squares, no longer fits. Where a statement has cases, a slip that shows in one case only is tried for each of them.
 """
 
 from __future__ import annotations
 
 import time
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any
 
 from imo_analysis.ledger.claim import Claim
-from imo_analysis.ledger.expression import Relation, evaluate
+from imo_analysis.ledger.expression import Expr, Name, Relation, as_expr, evaluate
 from imo_analysis.ledger.kernels import kernel
-from imo_analysis.ledger.mutations import mutations
+from imo_analysis.ledger.mutations import Mutation, mutations
 from imo_analysis.ledger.question import Kernel, Question
 from imo_analysis.ledger.sampling import points
-from imo_analysis.ledger.setting import Setting
+from imo_analysis.ledger.setting import COMPARE, Setting
 from imo_analysis.ledger.settle import plan
 
-_POINTS = 3
+_POINTS = 3  # for an equation: a slip differs from it almost everywhere
+_TRIES = 24  # for an inequality, which a slip may leave true almost everywhere
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,12 +41,15 @@ class Mutant:
         The slip in words.
     point : mapping or None
         Where the two differ, in exact fractions; None if they agree at every point that was tried.
+    refuted : bool
+        Whether the slip is false at the point. An equation that differs is; an inequality that differs may still be true.
     """
 
     question: Question
     original: Question
     what: str
     point: Mapping[str, Fraction] | None
+    refuted: bool = False
 
     def __str__(self) -> str:
         return f"{self.original.id}: {self.what}: {self.question.relation}"
@@ -57,6 +64,7 @@ class MutantReport:
     rejected: dict[str, int] = field(default_factory=dict)
     equivalent: list[str] = field(default_factory=list)
     missed: list[str] = field(default_factory=list)
+    certificates: int = 0
     seconds: float = 0.0
 
     @property
@@ -69,13 +77,16 @@ class MutantReport:
         lines = [f"mutants: {self.tried} of {self.claims} true formulas tried; rejected by "
                  + ", ".join(f"{name} {count}" for name, count in self.rejected.items())
                  + f"; equivalent {len(self.equivalent)}; missed {len(self.missed)} ({self.seconds:.1f} s)"]
+        if self.certificates:
+            lines.append(f"  {self.certificates} of the rejected are inequalities not refuted at a point: they may be true, "
+                         "and only their sum of squares no longer fits")
         lines += [f"  equivalent, residual 0: {one}" for one in self.equivalent]
         return "\n".join([*lines, *(f"  MISSED {one}" for one in self.missed)])
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data for JSON."""
         return {"claims": self.claims, "tried": self.tried, "rejected": self.rejected,
-                "equivalent": self.equivalent, "missed": self.missed}
+                "equivalent": self.equivalent, "missed": self.missed, "certificates": self.certificates}
 
 
 def try_mutants(claims: Iterable[Claim], kernels: Sequence[str | Kernel]) -> MutantReport:
@@ -87,6 +98,7 @@ def try_mutants(claims: Iterable[Claim], kernels: Sequence[str | Kernel]) -> Mut
     report = MutantReport(claims=len(true), tried=len(mutants))
     unequal = [one for one in mutants if one.point is not None]
     equal = [one for one in mutants if one.point is None]
+    report.certificates = sum(not one.refuted for one in unequal)
     doubtful: dict[str, int] = {}
     for which in kernels:
         one = kernel(which) if isinstance(which, str) else which
@@ -111,21 +123,39 @@ def of_question(question: Question) -> list[Mutant]:
     slips = mutations(relation, meaningful.__contains__)
     if not slips:
         return []
-    everything = Relation("=", relation.left, relation.right)
-    names = _all_free(setting, everything)
-    places = _places(setting, everything, names)
+    slips += _in_one_case(relation, setting.cases)
+    places = _places(setting, Relation("=", relation.left, relation.right), _POINTS if relation.op == "=" else _TRIES)
     known = [setting.values(place) for place in places]
     originals = [_difference(relation, values, {}) for values in known]
     memos: list[dict[int, Any]] = [{} for _ in places]
     found = []
     for number, slip in enumerate(slips):
-        point = None
+        point, refuted = None, False
         for place, values, original, memo in zip(places, known, originals, memos, strict=True):
-            if _difference(slip.relation, values, memo) != original:
-                point = place
+            difference = _difference(slip.relation, values, memo)
+            if difference is not None and original is not None and not COMPARE[slip.relation.op](difference, 0):
+                point, refuted = place, True
                 break
+            if difference != original and point is None:
+                point = place
         changed = Question(f"{question.id}.m{number}", setting, slip.relation, question.kind, squares=question.squares)
-        found.append(Mutant(changed, question, slip.what, point))
+        found.append(Mutant(changed, question, slip.what, point, refuted))
+    return found
+
+
+def _in_one_case(relation: Relation, cases: Sequence[Mapping[str, Fraction]]) -> list[Mutation]:
+    """For each of several cases the relation with a term added that is zero in all other cases."""
+    found = []
+    for case in cases if len(cases) > 1 else ():
+        gap: Expr = as_expr(1)
+        for other in cases:
+            if other is not case:
+                away: Expr = as_expr(0)
+                for name, value in other.items():
+                    away = away + (Name(name) - value) ** 2
+                gap = gap * away
+        words = ", ".join(f"{name} = {value}" for name, value in case.items())
+        found.append(Mutation(f"in the case {words} only", Relation(relation.op, relation.left + gap, relation.right)))
     return found
 
 
@@ -142,10 +172,11 @@ def _all_free(setting: Setting, relation: Relation) -> list[str]:
     return setting.free(relation, *(Relation("=", tree, tree) for tree in setting.definitions.values()), *setting.hypotheses)
 
 
-def _places(setting: Setting, relation: Relation, names: Sequence[str]) -> list[dict[str, Fraction]]:
-    """Points with a value for every name of the setting, since a slip may bring in any of them."""
+def _places(setting: Setting, relation: Relation, count: int) -> list[dict[str, Fraction]]:
+    """Points in every case, with a value for every name of the setting, since a slip may bring in any of them."""
     whole = [relation, *(Relation("=", tree, tree) for tree in setting.definitions.values()), *setting.hypotheses]
-    return points(setting, whole, _POINTS, seed=7, size=97)
+    return [point for case in setting.cases
+            for point in points(replace(setting, cases=(case,)), whole, -(-count // len(setting.cases)), seed=7, size=97)]
 
 
 def _accepted(one: Kernel, mutants: Sequence[Mutant]) -> list[int]:

@@ -11,6 +11,7 @@ from imo_analysis.ledger.expression import Expr, Name, Number, Op, Relation
 from imo_analysis.notation import SYMBOLS
 
 _TWO = Number(Fraction(2))
+_TURNED = {"<=": ">=", ">=": "<=", "<": ">", ">": "<"}
 
 
 class Mutation(NamedTuple):
@@ -38,6 +39,8 @@ def mutations(relation: Relation, known: Callable[[str], bool]) -> list[Mutation
             seen.add(text)
             found.append(Mutation(what, changed))
 
+    if relation.op in _TURNED:
+        add("direction", Relation(_TURNED[relation.op], relation.left, relation.right))
     for what, left in _changed(relation.left, known, True):
         add(f"left: {what}", Relation(relation.op, left, relation.right))
     for what, right in _changed(relation.right, known, True):

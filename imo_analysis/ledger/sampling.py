@@ -49,6 +49,8 @@ def _points(setting: Setting, relations: Sequence[Relation], seed: int, size: in
         point = {}
         for name in variables:
             value = 0 if zeros and small and name not in signs and random.random() < 0.5 else random.randint(1, largest)
+            if signs.get(name) == "=":
+                value = 0
             negative = signs.get(name, "")[:1] == "<" or (signs.get(name, "")[:1] != ">" and random.random() < 0.5)
             point[name] = case.get(name, Fraction(-value if negative else value))
         answer = truth(setting, others if not case else hypotheses, relations, point)

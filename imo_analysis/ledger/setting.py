@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -9,6 +10,8 @@ from types import MappingProxyType
 
 from imo_analysis.errors import InputError
 from imo_analysis.ledger.expression import Expr, Relation, as_expr, evaluate, free_names, parse_relation
+
+COMPARE = {"=": operator.eq, "!=": operator.ne, "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge}
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,7 +156,4 @@ def setting(name: str, text: str, definitions: Mapping[str, object] | None = Non
 
 def true_at(relation: Relation, values: Mapping[str, Fraction]) -> bool:
     """Whether a relation is true at a point, in exact arithmetic."""
-    left, right = evaluate(relation.left, values), evaluate(relation.right, values)
-    return {
-        "=": left == right, "!=": left != right, "<": left < right, "<=": left <= right, ">": left > right, ">=": left >= right,
-    }[relation.op]
+    return bool(COMPARE[relation.op](evaluate(relation.left, values), evaluate(relation.right, values)))

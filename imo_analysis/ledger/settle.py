@@ -10,12 +10,22 @@ from typing import Any
 
 from imo_analysis.errors import InputError
 from imo_analysis.ledger.claim import Algebra, Claim, Computed, Entry, Finding, Verdict
-from imo_analysis.ledger.expression import Name, Relation, evaluate, free_names, parse, parse_relation
+from imo_analysis.ledger.expression import (
+    Expr,
+    Name,
+    Relation,
+    evaluate,
+    free_names,
+    number,
+    parse,
+    parse_relation,
+    substitute,
+)
 from imo_analysis.ledger.kernels.field_kernel import FieldKernel
 from imo_analysis.ledger.question import Kernel, Question, Square
 from imo_analysis.ledger.sampling import counterexample
 from imo_analysis.ledger.setting import Setting
-from imo_analysis.ledger.signs import uncovered_denominators
+from imo_analysis.ledger.signs import UndecidedSign, uncovered_denominators, without_abs
 from imo_analysis.ledger.units import unit_faults
 
 
@@ -72,13 +82,14 @@ def plan(claim: Claim) -> tuple[list[_Planned], list[str]]:
             question = ask(key, where, relation, check)
             planned.append(_Planned(question, check.role, check.text, text))
             if question.kind != "counterexample":
-                faults += denominators(where, relation)
+                faults += denominators(where, relation, [tree for one in question.squares for tree in (one.weight, one.base)])
     return planned, faults
 
 
-def denominators(where: Setting, relation: Relation) -> list[str]:
-    """Denominators without a hypothesis, in words."""
-    trees = [relation.left, relation.right, *(where.definitions[name] for name in where.used(relation))]
+def denominators(where: Setting, relation: Relation, squares: Sequence[Expr] = ()) -> list[str]:
+    """Denominators without a hypothesis, in words: of a relation, of its squares, and of what they use."""
+    trees = [relation.left, relation.right, *squares]
+    trees += [where.definitions[name] for name in where.used(relation, *(Relation("=", one, one) for one in squares))]
     return [
         f"the denominator {one} needs a hypothesis that it is not zero (setting {where.name})"
         for one in uncovered_denominators(trees, where.hypotheses, where.definitions)
@@ -115,7 +126,8 @@ def _entry(claim: Claim, planned: Sequence[_Planned], faults: Sequence[str], ker
             yes = ", ".join(name for name, answer in said.items() if answer) or "none"
             no = ", ".join(name for name, answer in said.items() if not answer)
             word = "kernels disagree" if any(said.values()) else "not settled"
-            errors.append(f"{question.id}: {word} on the {question.kind} {one.statement} (confirmed: {yes}; not: {no})")
+            errors.append(f"{question.id}: {word} on the {question.kind} {one.statement} (confirmed: {yes}; not: {no})"
+                          + "".join(f"; {reason}" for reason in _undecided(question)))
         true = question.kind != "counterexample" if all(said.values()) else None
         detail = _detail(question, kernels)
         findings.append(Finding(question.id, one.role, one.text, question.kind, true, one.statement, detail))
@@ -126,6 +138,11 @@ def _entry(claim: Claim, planned: Sequence[_Planned], faults: Sequence[str], ker
             findings.append(Finding(claim.id, check.role, check.text, kind, passed, detail={"found": found}))
             if check.failing is not None and check.function(*check.failing)[0]:
                 errors.append(f"{claim.id}: the check {check.text!r} passes an input that it must reject")
+            if check.passing is not None and not check.function(*check.passing)[0]:
+                errors.append(f"{claim.id}: the check {check.text!r} rejects an input that it must pass")
+            if (check.failing if passed else check.passing) is None:
+                word = "rejects" if passed else "passes"
+                errors.append(f"{claim.id}: the check {check.text!r} needs an input that it {word}: it might have one answer only")
     for finding in findings:
         if finding.role in ("corrected", "refutes", "evidence") and not finding.true:
             errors.append(f"{finding.id}: the {finding.role} statement {finding.statement or finding.text!r} is not true")
@@ -136,6 +153,23 @@ def _entry(claim: Claim, planned: Sequence[_Planned], faults: Sequence[str], ker
     if bool(units) != bool(claim.units):
         errors.append(f"{claim.id}: units {'; '.join(units) or 'agree'}, expected was {claim.units or 'that they agree'}")
     return Entry(claim, verdict, findings, errors, tuple(kernel.name for kernel in kernels), units)
+
+
+def _undecided(question: Question) -> list[str]:
+    """The absolute values of which the field kernels do not know the sign, in words."""
+    setting = question.setting
+    relation = question.relation
+    try:
+        for tree in (relation.left, relation.right, *(setting.definitions[name] for name in setting.used(relation))):
+            for case in setting.cases:
+                in_case = {name: number(value) for name, value in case.items()}
+                hypotheses = [Relation(one.op, substitute(one.left, in_case), substitute(one.right, in_case))
+                              for one in setting.hypotheses]
+                without_abs(substitute(tree, in_case), hypotheses,
+                            {name: substitute(one, in_case) for name, one in setting.definitions.items()})
+    except UndecidedSign as error:
+        return [str(error)]
+    return []
 
 
 def compute_verdict(findings: Sequence[Finding]) -> Verdict | None:

@@ -44,8 +44,7 @@ def table(entries: Sequence[Entry], width: int | None = None) -> str:
     items = max((len(entry.claim.item) for entry in entries), default=4)
     lines = []
     for entry in entries:
-        verdict = str(entry.verdict or "not settled")
-        head = f"{MARKS[entry.verdict]} {entry.claim.id:<{ids}}  {entry.claim.item:<{items}}  {verdict:<26} "
+        head = f"{MARKS[entry.verdict]} {entry.claim.id:<{ids}}  {entry.claim.item:<{items}}  {entry.label:<26} "
         room = max(20, width - len(head))
         lines.append(head + textwrap.shorten(entry.claim.title, room, placeholder=" ..."))
         lines += [f"    ! {error}" for error in entry.errors]
@@ -64,7 +63,7 @@ def full(entry: Entry, width: int | None = None) -> str:
     width = width or min(120, shutil.get_terminal_size((100, 20)).columns)
     claim = entry.claim
     lines = [f"{MARKS[entry.verdict]} {claim.id}   {claim.item}   {claim.title}",
-             f"  verdict     {entry.verdict or 'not settled'}"]
+             f"  verdict     {entry.label}"]
 
     def put(label: str, text: str) -> None:
         if text:
@@ -82,6 +81,7 @@ def full(entry: Entry, width: int | None = None) -> str:
     put("edit", claim.edit)
     put("setting", claim.setting.text)
     put("assuming", "; ".join([*map(str, claim.setting.hypotheses), *claim.assumptions]))
+    put("rests on", claim.cited)
     put("slip of", f"the {claim.origin}: {claim.why}" if claim.origin else claim.why)
     for finding in entry.findings:
         lines += _finding(finding, width)

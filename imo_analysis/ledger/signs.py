@@ -16,6 +16,10 @@ ANY: Sign = frozenset("-0+")
 _FROM_OP = {">": "+", ">=": "0+", "<": "-", "<=": "-0", "!=": "-+", "=": "0"}
 
 
+class UndecidedSign(InputError):
+    """An absolute value whose argument may have either sign."""
+
+
 def sign(tree: Expr, hypotheses: Sequence[Relation], definitions: Mapping[str, Expr] | None = None) -> Sign:
     """The possible signs of a tree under hypotheses of the form ``formula op 0``."""
     definitions = definitions or {}
@@ -90,7 +94,7 @@ def without_abs(tree: Expr, hypotheses: Sequence[Relation], definitions: Mapping
 
     Raises
     ------
-    InputError
+    UndecidedSign
         If they do not tell; the claim then needs a case or a hypothesis.
     """
     if not isinstance(tree, Op):
@@ -103,7 +107,7 @@ def without_abs(tree: Expr, hypotheses: Sequence[Relation], definitions: Mapping
         return args[0]
     if "+" not in possible:
         return -args[0]
-    raise InputError(f"abs({tree.args[0]}): its sign does not follow from the hypotheses; add one, or split into cases")
+    raise UndecidedSign(f"abs({tree.args[0]}): its sign does not follow from the hypotheses; add one, or split into cases")
 
 
 def uncovered_denominators(trees: Sequence[Expr], hypotheses: Sequence[Relation],

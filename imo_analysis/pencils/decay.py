@@ -68,7 +68,7 @@ def plot_decay(data: xr.Dataset, title: str = "") -> Figure:
     """The map of `decay_map`: shades and labelled contours of the slowest decay, the stability boundary drawn heavy."""
     from matplotlib.colors import TwoSlopeNorm
 
-    from imo_analysis.report.style import new_figure, style
+    from imo_analysis.drawing import new_figure, style
 
     decay: Any = data["decay"]
     y_name, x_name = (str(name) for name in decay.dims)

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from imo_analysis.drawing import LIMIT, Line, line, new_figure, style
 from imo_analysis.errors import InputError
-from imo_analysis.report.style import LIMIT, Line, line, new_figure, style
 
 if TYPE_CHECKING:
     import xarray as xr

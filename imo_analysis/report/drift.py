@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from imo_analysis.drawing import LIMIT, TRUTH, in_style, legend_above, line, new_figure
 from imo_analysis.errors import InputError
-from imo_analysis.report.style import LIMIT, TRUTH, in_style, legend_above, line, new_figure
 from imo_analysis.study import Study
 
 if TYPE_CHECKING:

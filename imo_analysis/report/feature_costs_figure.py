@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from imo_analysis.report.style import in_style, legend_above, line, new_figure
+from imo_analysis.drawing import in_style, legend_above, line, new_figure
 
 if TYPE_CHECKING:
     import xarray as xr

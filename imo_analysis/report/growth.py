@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from imo_analysis.drawing import in_style, legend_above, line, new_figure
 from imo_analysis.equations import lyapunov, transformation
 from imo_analysis.report.scenarios import Drawn, keep
-from imo_analysis.report.style import in_style, legend_above, line, new_figure
 from imo_analysis.study import Study
 
 if TYPE_CHECKING:

@@ -34,9 +34,9 @@ class Identifiability:
 
 def identifiability(study: Study, folder: Path) -> Identifiability:
     """Compute ranks and maps for the study's machine and flux, and write the figures to ``folder``."""
+    from imo_analysis.drawing import rasterized
     from imo_analysis.excitation.map_figures import plot_modulation, plot_speed_torque
     from imo_analysis.excitation.maps import modulation_map, speed_torque_map
-    from imo_analysis.report.style import rasterized
 
     flux, span = study.drive.flux, study.poles.sweep
     speeds, torques = _even(span.start, span.stop, 61), _even(-TORQUE, TORQUE, 41)

@@ -61,11 +61,11 @@ def observers_of(study: Study) -> tuple[dict[str, InductionMachine], dict[str, t
 
 def pencils(study: Study, folder: Path, sweeps: bool = True) -> PoleResult:
     """Compute the poles and write ``table2.csv``, the figures and, with ``sweeps``, ``poles.nc`` and ``poles.csv``."""
+    from imo_analysis.drawing import rasterized
     from imo_analysis.pencils.maps import plot_against, plot_plane
     from imo_analysis.pencils.sweep import grid, sweep_observers
     from imo_analysis.pencils.table2 import table2
     from imo_analysis.report.scenarios import keep
-    from imo_analysis.report.style import rasterized
     from imo_analysis.simulation.runfile import write_netcdf
 
     machines, observers = observers_of(study)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from imo_analysis.report.style import legend_above, line, new_figure, style
+from imo_analysis.drawing import legend_above, line, new_figure, style
 
 _POINTS = 4000
 

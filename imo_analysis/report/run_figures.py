@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from imo_analysis.report.style import LIMIT, TRUTH, in_style, legend_above, line, new_figure
+from imo_analysis.drawing import LIMIT, TRUTH, in_style, legend_above, line, new_figure
 
 if TYPE_CHECKING:
     import xarray as xr

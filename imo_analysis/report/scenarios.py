@@ -166,7 +166,7 @@ def _figures() -> Any:
 
 def keep(folder: Path, name: str, figure: Figure, caption: str) -> Drawn:
     """Write a figure to ``folder``/figures, where there is that folder, and keep its text for the page."""
-    from imo_analysis.report.style import svg_text
+    from imo_analysis.drawing import svg_text
 
     text = svg_text(figure)
     if not (folder / "figures").is_dir():

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from imo_analysis.drawing import line, new_figure, style
 from imo_analysis.errors import InputError
-from imo_analysis.report.style import line, new_figure, style
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,7 +23,7 @@ def sweep_figure(data: xr.Dataset) -> Figure:
     Parameters
     ----------
     data : xarray.Dataset
-        As `simulation.sweep.assembled` makes it.
+        As `sweeps.sweep.assembled` makes it.
 
     Returns
     -------

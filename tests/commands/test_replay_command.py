@@ -1,14 +1,10 @@
 """``imo replay`` as a user runs it: files, flags, the table [replay], JSON, faults in one line."""
 
 import json
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "simulation"))
 from replay_records import HEADER, start_up, steady, write
 
 from imo_analysis import cli
@@ -150,7 +146,7 @@ def test_files_that_are_not_there(folder, capsys):
 
 
 def test_an_interrupted_run_leaves_nothing(folder, monkeypatch, capsys):
-    from imo_analysis.simulation import replay_file
+    from imo_analysis.replay import estimate_file as replay_file
 
     def stop(*args):
         raise KeyboardInterrupt

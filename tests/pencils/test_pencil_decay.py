@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
+from imo_analysis.drawing import svg_text
 from imo_analysis.errors import InputError
 from imo_analysis.machine import preset
 from imo_analysis.pencils.decay import decay_map, plot_decay
 from imo_analysis.pencils.error import OperatingPoint
 from imo_analysis.pencils.sweep import pole_sweep
-from imo_analysis.report.style import svg_text
 
 MACHINE = preset("table-iii-printed-alpha")
 GAINS = {"k_1": 300.0, "k_2": 50.0, "k_3": 100.0, "g": 1.0, "K_p": 100.0, "alpha_l": 0.05, "delta": 0.01}

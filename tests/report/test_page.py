@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from imo_analysis.drawing import svg_text
 from imo_analysis.report.growth import lyapunov_along
 from imo_analysis.report.metrics import resting, step_responses
 from imo_analysis.report.page import Chapter, Html, inline, number, page, prose, table, tag
 from imo_analysis.report.run_figures import alpha_figure, flux_error_figure, speed_figure, thinned
-from imo_analysis.report.style import svg_text
 from imo_analysis.study import Study
 
 NAMES = ("baseline", "consistent_12")

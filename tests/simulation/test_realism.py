@@ -8,10 +8,10 @@ import pytest
 
 from imo_analysis.errors import InputError
 from imo_analysis.simulation import composition, inverter, run, saturated_machine, shaft
-from imo_analysis.simulation.batch import run_batch
 from imo_analysis.simulation.kernel import Loop, plain
 from imo_analysis.simulation.loaded_machine import machine_rates
 from imo_analysis.simulation.run import simulate
+from imo_analysis.sweeps.batch import run_batch
 
 
 @pytest.fixture(scope="module")

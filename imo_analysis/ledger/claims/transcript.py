@@ -77,7 +77,8 @@ def fits(result: Shape, *products: tuple[Shape, ...]) -> tuple[bool, str]:
 
 
 def shapes(role: str, text: str, result: Shape, *products: tuple[Shape, ...]) -> Computed:
-    """A check of matrix shapes; its failing variant drops a row of the result."""
+    """A check of matrix shapes; it must reject a result with a row less, and pass one matrix of the shape of the result."""
     return Computed(
-        role, text, fits, exact=True, arguments=(result, *products), failing=((result[0] - 1, result[1]), *products)
+        role, text, fits, exact=True, arguments=(result, *products), failing=((result[0] - 1, result[1]), *products),
+        passing=(result, (result,)),
     )

@@ -32,7 +32,7 @@ _TESTS = {"=": "equal {0} {1}", "!=": "negb (equal {0} {1})", "<": "below {0} {1
 def not_rejected(one: Kernel, mutants: Sequence[Mutant]) -> list[int]:
     """Positions of the mutants that Coq does not prove different from their original."""
     assert isinstance(one, CoqKernel)
-    groups: dict[tuple[int, tuple[object, ...]], list[int]] = {}
+    groups: dict[tuple[object, ...], list[int]] = {}
     for number, mutant in enumerate(mutants):
         assert mutant.point is not None
         groups.setdefault((id(mutant.original), tuple(mutant.point.items())), []).append(number)
@@ -51,22 +51,33 @@ def _block(number: int, mutants: Sequence[Mutant]) -> str:
     relations = [original.relation, *(mutant.question.relation for mutant in mutants)]
     free = [name for name in setting.free(*relations, *setting.hypotheses) if name in point]
     used = setting.used(*relations, *setting.hypotheses)
-    tests = [_TESTS[one.op].format(f"({_text(one.left)})", f"({_text(one.right)})") for one in setting.hypotheses]
+    tests = [_test(one) for one in setting.hypotheses]
     lines = [
         f"Module M{number}. (* {original.id} *)",
         *(f"Definition {coq_name(name)} : Q := {_number(point[name])}." for name in free),
         *(f"Definition {coq_name(name)} : Q := {_text(setting.definitions[name])}." for name in used),
+        f"Definition original : bool := {_test(original.relation)}.",
         f"Definition original_difference : Q := {_difference(original.relation)}.",
         "Definition hypotheses : bool := forallb (fun one => one) [" + "; ".join(tests) + "].",
-        "Definition mutants : list Q := [",
-        ";\n".join(f"  {_difference(mutant.question.relation)}" for mutant in mutants),
+        "Definition rejected : list bool := [",
+        ";\n".join(f"  {_rejection(mutant)}" for mutant in mutants),
         "].",
         f"Lemma {lemma_name(original.id)}_mutants :",
-        "  (hypotheses && forallb (fun one => negb (equal one original_difference)) mutants)%bool = true.",
+        "  (hypotheses && original && forallb (fun one => one) rejected)%bool = true.",
         "Proof. vm_compute. reflexivity. Qed.",
         f"End M{number}.",
     ]
     return "\n".join(lines) + "\n"
+
+
+def _rejection(mutant: Mutant) -> str:
+    """That a mutant is false at the point, or at least not the original."""
+    relation = mutant.question.relation
+    return f"negb ({_test(relation)})" if mutant.refuted else f"negb (equal ({_difference(relation)}) original_difference)"
+
+
+def _test(relation: Relation) -> str:
+    return _TESTS[relation.op].format(f"({_text(relation.left)})", f"({_text(relation.right)})")
 
 
 def _difference(relation: Relation) -> str:

@@ -203,12 +203,13 @@ def _under(question: Question, relations: Sequence[Relation]) -> tuple[list[str]
 
 
 def _cases(cases: Iterable[Mapping[str, Fraction]], variables: Sequence[str]) -> list[str]:
-    """The disjunction of the cases, on the variables that occur."""
+    """The disjunction of the cases, on the variables that occur; none where some case leaves all of these free."""
     options = []
     for case in cases:
         parts = [f"{coq_name(name)} = {coq_number(value)}" for name, value in case.items() if name in variables]
-        if parts:
-            options.append(" /\\ ".join(parts))
+        if not parts:
+            return []
+        options.append(" /\\ ".join(parts))
     return [" \\/ ".join(f"({one})" for one in dict.fromkeys(options))] if options else []
 
 

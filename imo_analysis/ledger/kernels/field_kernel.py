@@ -9,8 +9,8 @@ from typing import Any
 
 from imo_analysis.ledger.expression import Expr, Name, Number, Relation, evaluate, free_names, substitute
 from imo_analysis.ledger.question import Question
-from imo_analysis.ledger.setting import Setting
-from imo_analysis.ledger.signs import nonnegative, without_abs
+from imo_analysis.ledger.setting import COMPARE, Setting
+from imo_analysis.ledger.signs import UndecidedSign, nonnegative, uncovered_denominators, without_abs
 
 
 class FieldKernel(ABC):
@@ -48,11 +48,14 @@ class FieldKernel(ABC):
         ]
 
     def residual(self, setting: Setting, relation: Relation) -> list[str]:
-        """``left - right`` as a formula in the free names, once a case."""
-        return [
-            self.show(space.value(relation.left) - space.value(relation.right))
-            for space in self._spaces(setting, [relation.left, relation.right])
-        ]
+        """``left - right`` as a formula in the free names, once a case; none where the sign of an ``abs`` is not known."""
+        try:
+            return [
+                self.show(space.value(relation.left) - space.value(relation.right))
+                for space in self._spaces(setting, [relation.left, relation.right])
+            ]
+        except UndecidedSign:
+            return []
 
     def _spaces(self, setting: Setting, trees: Sequence[Expr]) -> list[_Space]:
         names = dict.fromkeys(setting.free(*(Relation("=", tree, Number(Fraction(0))) for tree in trees)))
@@ -82,10 +85,7 @@ class FieldKernel(ABC):
     def _true(self, relation: Relation, values: Mapping[str, Any]) -> bool:
         left = evaluate(relation.left, values, self.rational)
         right = evaluate(relation.right, values, self.rational)
-        return bool({
-            "=": lambda: left == right, "!=": lambda: left != right, "<": lambda: left < right,
-            "<=": lambda: left <= right, ">": lambda: left > right, ">=": lambda: left >= right,
-        }[relation.op]())
+        return bool(COMPARE[relation.op](left, right))
 
 
 def _trees(question: Question) -> list[Expr]:
@@ -124,7 +124,10 @@ class _Space:
         return evaluate(tree, self._look, self._constant, self._memo)
 
     def settles(self, question: Question) -> bool:
-        """Whether an identity or a sum of squares is confirmed in this case; a vanishing denominator is a refusal."""
+        """Whether an identity or a sum of squares is confirmed in this case.
+
+        A denominator that vanishes, one in the squares that may vanish, and an ``abs`` of unknown sign are refusals.
+        """
         relation = question.relation
         try:
             left, right = self.value(relation.left), self.value(relation.right)
@@ -134,10 +137,13 @@ class _Space:
                 return False
             total = right if relation.op == "<=" else left
             for square in question.squares:
-                if not nonnegative(self._in_case(square.weight), self._hypotheses, self._definitions):
+                weight, base = self._in_case(square.weight), self._in_case(square.base)
+                if not nonnegative(weight, self._hypotheses, self._definitions):
                     return False
-                base = self.value(square.base)
-                total = total - self.value(square.weight) * base * base
+                if uncovered_denominators([weight, base], self._hypotheses, self._definitions):
+                    return False
+                size = self.value(base)
+                total = total - self.value(weight) * size * size
             return self._kernel.equal(total, left if relation.op == "<=" else right)
-        except ZeroDivisionError:
+        except (ZeroDivisionError, UndecidedSign):
             return False

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from imo_analysis.drawing import line
 from imo_analysis.report.page import Chapter, Html, answer, figure, formula, join, number, prose, table, tag
 from imo_analysis.report.pencils import PoleResult, moving
-from imo_analysis.report.style import line
 from imo_analysis.report.words import typeset, unit
 
 

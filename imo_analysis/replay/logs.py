@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from imo_analysis.errors import InputError
-from imo_analysis.simulation.log_columns import Column, choose
+from imo_analysis.replay.columns import Column, choose
 
 BLOCK = 65_536
 _DELIMITERS = ",;\t"
@@ -94,7 +94,7 @@ class Log:
         pole_pairs : int
             Of the machine, for a speed that is mechanical.
         columns, units : mapping, optional
-            What the user says, as `imo_analysis.simulation.log_columns.choose` takes it.
+            What the user says, as `imo_analysis.replay.columns.choose` takes it.
         rate : float, optional
             Samples a second in Hz, in place of the time column.
 

@@ -5,13 +5,9 @@ only rounding differs, 1e-7 against tight integrations (the error of one RK4 ste
 """
 
 import os
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from benchmarks import c_code, contenders
 

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from imo_analysis.equations.catalogue import OBSERVERS
-from imo_analysis.simulation.batch import place, run_batch
 from imo_analysis.simulation.inputs import profile
 from imo_analysis.simulation.kernel import Loop
-from imo_analysis.simulation.lanes import lanes
 from imo_analysis.simulation.run import simulate
-from imo_analysis.simulation.sweep_values import with_values
-from imo_analysis.simulation.trace import CONSTANT, LIVE, Trace, evaluated, statements
+from imo_analysis.sweeps.batch import place, run_batch
+from imo_analysis.sweeps.lanes import lanes
+from imo_analysis.sweeps.trace import CONSTANT, LIVE, Trace, evaluated, statements
+from imo_analysis.sweeps.values import with_values
 
 # relative to the largest value of the state over the batch: rounding of 500 steps of a stable loop, with a wide margin
 SAME = 1e-12
@@ -94,9 +94,9 @@ def test_the_loops_over_lanes_are_packed_instructions(tmp_path):
     """Compiled in a process of its own, since the assembly of a kernel out of the cache cannot be looked at."""
     script = """
 import re
-from imo_analysis.simulation.lanes import lanes
+from imo_analysis.sweeps.lanes import lanes
 from imo_analysis.simulation.kernel import Loop
-from imo_analysis.simulation.batch import run_batch
+from imo_analysis.sweeps.batch import run_batch
 from imo_analysis.study import Study
 study = Study.paper().only(["repaired"]).changed({"simulation.duration": 0.002, "simulation.record_every": 1, "windows": [],
     "reference": {"time": [0.0], "omega": [20.0]}})

@@ -15,9 +15,9 @@ import numpy as np
 from imo_analysis.equations.catalogue import OBSERVERS
 from imo_analysis.equations.steady_state import current_of_flux, slip_of_torque
 from imo_analysis.errors import InputError
-from imo_analysis.simulation.batch import run_batch
 from imo_analysis.simulation.run import provenance
 from imo_analysis.study import Study
+from imo_analysis.sweeps.batch import run_batch
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -11,8 +11,8 @@ import numpy as np
 
 from imo_analysis.errors import InputError
 from imo_analysis.files import replacing
-from imo_analysis.simulation.logs import BLOCK
-from imo_analysis.simulation.replay import Estimates, attributes
+from imo_analysis.replay.estimate import Estimates, attributes
+from imo_analysis.replay.logs import BLOCK
 
 
 def write_estimates(
@@ -29,7 +29,7 @@ def write_estimates(
     Parameters
     ----------
     blocks : iterable of Estimates
-        From `imo_analysis.simulation.replay.estimate`.
+        From `imo_analysis.replay.estimate.estimate`.
     path : str or Path
         A name that ends in ``.nc``.
     rows : int
@@ -37,7 +37,7 @@ def write_estimates(
     observers : sequence of str
         Their names, in order.
     attrs : mapping
-        From `imo_analysis.simulation.replay.provenance`.
+        From `imo_analysis.replay.estimate.provenance`.
     every : int
         Keep one sample in so many.
     watch : callable, optional

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from imo_analysis.errors import InputError
-from imo_analysis.simulation.logs import BLOCK, Log, Samples
+from imo_analysis.replay.logs import BLOCK, Log, Samples
 
 UNEVEN = 0.05  # share of the sampling period by which a step may differ from it
 _SHORTEST, _LONGEST = 5e-8, 5e-3

@@ -15,8 +15,8 @@ import numpy as np
 
 from imo_analysis.equations.plant import plant
 from imo_analysis.machine import InductionMachine
+from imo_analysis.replay.logs import Samples
 from imo_analysis.simulation import compile as compiler
-from imo_analysis.simulation.logs import Samples
 
 _ROTOR_FLUX = """
 @njit(cache=True, error_model="numpy")

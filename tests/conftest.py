@@ -1,13 +1,9 @@
-"""Makes the oracles importable and gives the studies that several tests share."""
+"""The studies that several tests share."""
 
-import sys
-from pathlib import Path
 
 import pytest
 
 from imo_analysis.study import Study
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "oracles"))
 
 
 @pytest.fixture(scope="session")

@@ -8,12 +8,12 @@ import pytest
 from imo_analysis import cli
 from imo_analysis.errors import InputError
 from imo_analysis.report.sweep_figures import edges_of, shares, sweep_figure
-from imo_analysis.simulation import distributions
-from imo_analysis.simulation import sweep as sweeps
-from imo_analysis.simulation.metrics import METRICS
 from imo_analysis.simulation.run import simulate
-from imo_analysis.simulation.sweep import Plan, sweep
-from imo_analysis.simulation.sweep_values import impossible, own_value, with_values
+from imo_analysis.sweeps import distributions
+from imo_analysis.sweeps import sweep as sweeps
+from imo_analysis.sweeps.metrics import METRICS
+from imo_analysis.sweeps.sweep import Plan, sweep
+from imo_analysis.sweeps.values import impossible, own_value, with_values
 
 SHORT = {
     "simulation.duration": 0.1, "windows": [],

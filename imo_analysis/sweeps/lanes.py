@@ -15,9 +15,10 @@ from typing import Any
 
 from imo_analysis.equations.catalogue import OBSERVERS, PARAMETERS
 from imo_analysis.simulation import compile as compiler
-from imo_analysis.simulation import drive, loaded_machine, tally
+from imo_analysis.simulation import drive, loaded_machine
 from imo_analysis.simulation.kernel import Loop, combine, sum_of
-from imo_analysis.simulation.trace import CONSTANT, HELD, LIVE, Trace, Value, statements
+from imo_analysis.sweeps import tally
+from imo_analysis.sweeps.trace import CONSTANT, HELD, LIVE, Trace, Value, statements
 
 WIDTH = 16
 MACHINE = ("R_s", "L_m", "sigma", "beta", "alpha", "mu", "n_p", "J")
@@ -243,7 +244,7 @@ class Lanes:
     ) -> str:
         lines = [
             "from numba import carray",
-            "from imo_analysis.simulation.stack import stack_memory",
+            "from imo_analysis.sweeps.stack import stack_memory",
             "", "",
             *combine(MACHINE_STATES, *(len(kind.states) for kind in self.kinds))[:-1],
             *(line for function, _ in parts for line in function),

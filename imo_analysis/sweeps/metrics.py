@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from imo_analysis.equations.catalogue import OBSERVERS
 from imo_analysis.equations.excitation import alpha_direction, speed_direction
-from imo_analysis.simulation.batch import Summary
 from imo_analysis.simulation.kernel import PLANT_STATES
 from imo_analysis.simulation.labelled import Labelled
-from imo_analysis.simulation.tally import OBSERVER, REGRESSOR
 from imo_analysis.study import Study
+from imo_analysis.sweeps.batch import Summary
+from imo_analysis.sweeps.tally import OBSERVER, REGRESSOR
 
 Array = NDArray[np.float64]
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from imo_analysis.errors import InputError
-from imo_analysis.simulation import sensorless_map as maps
 from imo_analysis.simulation.run import simulate
-from imo_analysis.simulation.sensorless_map import sensorless_map
+from imo_analysis.sweeps import sensorless_map as maps
+from imo_analysis.sweeps.sensorless_map import sensorless_map
 
 SPEEDS, TORQUES = [-40.0, 5.0, 10.0, 40.0], [-15.0, 0.0, 15.0]
 
@@ -64,8 +64,8 @@ def test_the_map_has_the_mirror_symmetry_of_the_machine(cold):
 
 
 def test_figure(plane):
+    from imo_analysis.drawing import svg_text
     from imo_analysis.report.sensorless_figure import sensorless_figure
-    from imo_analysis.report.style import svg_text
 
     text = svg_text(sensorless_figure(plane))
     assert text == svg_text(sensorless_figure(plane)) and len(text) < 400_000

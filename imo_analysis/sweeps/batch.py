@@ -22,12 +22,12 @@ from imo_analysis.simulation.composition import loop_of, observer_order, require
 from imo_analysis.simulation.drive import flux_rates
 from imo_analysis.simulation.inputs import normals
 from imo_analysis.simulation.kernel import PLANT_STATES
-from imo_analysis.simulation.lanes import DRIVE, MACHINE, WIDTH, Lanes, lanes
 from imo_analysis.simulation.run import BOUND, FLUX_FLOOR
-from imo_analysis.simulation.trace import evaluated
 from imo_analysis.simulation.waveforms import swing
 from imo_analysis.study import Study
 from imo_analysis.study_tables import Load, Reference
+from imo_analysis.sweeps.lanes import DRIVE, MACHINE, WIDTH, Lanes, lanes
+from imo_analysis.sweeps.trace import evaluated
 
 Array = NDArray[np.float64]
 MACHINE_FIELDS = ("n_p", "R_s", "R_r", "L_m", "L_s", "L_r", "J", "B")

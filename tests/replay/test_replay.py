@@ -1,26 +1,22 @@
 """Replay: the numbers against scipy, the third-party record, the meaning of samples, mistakes named, streaming."""
 
 import math
-import sys
 import tracemalloc
-from pathlib import Path
 
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
 from replay_records import HEADER, IMMEC_MACHINE, TABLE, held_voltage, immec, start_up, steady, write
 
 from imo_analysis.equations.catalogue import OBSERVERS
 from imo_analysis.errors import InputError
-from imo_analysis.simulation.log_check import Level, current_noise, fit, flying_start, level
-from imo_analysis.simulation.log_mistakes import check
-from imo_analysis.simulation.log_survey import survey
-from imo_analysis.simulation.logs import Log
-from imo_analysis.simulation.replay import Treatment, collect, estimate, provenance, runners
-from imo_analysis.simulation.replay_file import write_estimates
-from imo_analysis.simulation.replay_gains import default_bandwidth, default_gains, speed_noise
-from imo_analysis.simulation.replay_summary import Tally
+from imo_analysis.replay.check import Level, current_noise, fit, flying_start, level
+from imo_analysis.replay.estimate import Treatment, collect, estimate, provenance, runners
+from imo_analysis.replay.estimate_file import write_estimates
+from imo_analysis.replay.gains import default_bandwidth, default_gains, speed_noise
+from imo_analysis.replay.logs import Log
+from imo_analysis.replay.mistakes import check
+from imo_analysis.replay.summary import Tally
+from imo_analysis.replay.survey import survey
 
 
 def prepared(path, machine, names=("repaired",), treatment=None, bridge=False, **more):

@@ -1,20 +1,17 @@
 """Reading logs: columns, units, faults by name and line, and two readers that give the same bits."""
 
 import math
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
 from replay_records import HEADER, steady, write
 
 from imo_analysis.errors import InputError
-from imo_analysis.simulation import logs
-from imo_analysis.simulation.log_columns import choose, recognise
-from imo_analysis.simulation.log_survey import survey
-from imo_analysis.simulation.logs import Log
+from imo_analysis.replay import logs
+from imo_analysis.replay.columns import choose, recognise
+from imo_analysis.replay.logs import Log
+from imo_analysis.replay.survey import survey
 
 
 @pytest.mark.parametrize(

@@ -11,8 +11,8 @@ import numpy as np
 
 from imo_analysis.errors import InputError
 from imo_analysis.files import folder, replacing, write_text
-from imo_analysis.simulation.metrics import METRICS
-from imo_analysis.simulation.sweep import CHUNK, Part, Plan
+from imo_analysis.sweeps.metrics import METRICS
+from imo_analysis.sweeps.sweep import CHUNK, Part, Plan
 
 _MANIFEST = "manifest.json"
 _FIELDS = (*METRICS, "possible", "reasons")

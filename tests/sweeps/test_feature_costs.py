@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from imo_analysis.errors import InputError
-from imo_analysis.simulation.feature_costs import feature_costs
 from imo_analysis.simulation.run import simulate
+from imo_analysis.sweeps.feature_costs import feature_costs
 
 
 @pytest.fixture(scope="module")
@@ -42,8 +42,8 @@ def test_an_error_of_one_observer_costs_no_other(table):
 
 
 def test_figure(table):
+    from imo_analysis.drawing import svg_text
     from imo_analysis.report.feature_costs_figure import feature_costs_figure
-    from imo_analysis.report.style import svg_text
 
     broken = table.copy(deep=True)
     broken["speed_error"][2, 1] = np.nan

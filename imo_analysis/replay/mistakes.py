@@ -14,11 +14,11 @@ import numpy as np
 from imo_analysis.equations.catalogue import OBSERVERS
 from imo_analysis.errors import InputError
 from imo_analysis.machine import InductionMachine
-from imo_analysis.simulation.log_check import Fit, fit, level
-from imo_analysis.simulation.log_survey import Survey
-from imo_analysis.simulation.logs import Samples
-from imo_analysis.simulation.replay_gains import default_bandwidth, default_gains
-from imo_analysis.simulation.replay_kernel import replay_kernel
+from imo_analysis.replay.check import Fit, fit, level
+from imo_analysis.replay.gains import default_bandwidth, default_gains
+from imo_analysis.replay.kernel import replay_kernel
+from imo_analysis.replay.logs import Samples
+from imo_analysis.replay.survey import Survey
 from imo_analysis.simulation.run import BOUND
 
 _SAMPLES, _TURNS = 50, 0.5

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from imo_analysis.simulation.log_survey import Survey
-from imo_analysis.simulation.replay import Estimates, Runner
+from imo_analysis.replay.estimate import Estimates, Runner
+from imo_analysis.replay.survey import Survey
 
 _BINS = 1000
 SETTLED = 0.02  # share of the largest speed within which the error counts as settled

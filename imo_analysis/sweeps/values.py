@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from imo_analysis.errors import InputError
 from imo_analysis.machine import _BOUNDS as MACHINE_BOUNDS
 from imo_analysis.notation import symbol
-from imo_analysis.simulation.batch import DRIVE_FIELDS, believed_fields, machine_fields
 from imo_analysis.study import Study
 from imo_analysis.study_tables import Drive
+from imo_analysis.sweeps.batch import DRIVE_FIELDS, believed_fields, machine_fields
 
 Array = NDArray[np.float64]
 # what stands for a table or a list in the dotted names, and the attribute of the study that holds it

@@ -20,11 +20,11 @@ from imo_analysis.equations.catalogue import OBSERVERS
 from imo_analysis.errors import InputError
 from imo_analysis.machine import InductionMachine
 from imo_analysis.notation import symbol
-from imo_analysis.simulation.log_check import Level, flying_start
-from imo_analysis.simulation.log_survey import Survey, steps_of
-from imo_analysis.simulation.logs import BLOCK, Log, Samples
-from imo_analysis.simulation.replay_gains import default_bandwidth, default_gains
-from imo_analysis.simulation.replay_kernel import replay_kernel
+from imo_analysis.replay.check import Level, flying_start
+from imo_analysis.replay.gains import default_bandwidth, default_gains
+from imo_analysis.replay.kernel import replay_kernel
+from imo_analysis.replay.logs import BLOCK, Log, Samples
+from imo_analysis.replay.survey import Survey, steps_of
 from imo_analysis.simulation.run import BOUND, ESTIMATES, SCHEMA
 
 if TYPE_CHECKING:

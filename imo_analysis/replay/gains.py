@@ -23,7 +23,7 @@ import math
 from imo_analysis.equations.catalogue import OBSERVERS
 from imo_analysis.errors import InputError
 from imo_analysis.machine import InductionMachine
-from imo_analysis.simulation.log_check import Level
+from imo_analysis.replay.check import Level
 
 RADIANS_A_SAMPLE = 0.4
 LOWEST_BANDWIDTH, HIGHEST_BANDWIDTH = 50.0, 4000.0

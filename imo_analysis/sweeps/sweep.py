@@ -18,14 +18,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imo_analysis.errors import InputError
-from imo_analysis.simulation import distributions
-from imo_analysis.simulation.batch import lane_fields, processors, run_batch
 from imo_analysis.simulation.composition import loop_of
 from imo_analysis.simulation.kernel import plain
-from imo_analysis.simulation.metrics import METRICS, metrics, summed, window_of
 from imo_analysis.simulation.run import provenance, simulate_labelled
-from imo_analysis.simulation.sweep_values import impossible, own_value, with_values
 from imo_analysis.study import Study
+from imo_analysis.sweeps import distributions
+from imo_analysis.sweeps.batch import lane_fields, processors, run_batch
+from imo_analysis.sweeps.metrics import METRICS, metrics, summed, window_of
+from imo_analysis.sweeps.values import impossible, own_value, with_values
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -1,6 +1,0 @@
-"""The second routes live in tests/oracles."""
-
-import sys
-from pathlib import Path
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "oracles"))
