@@ -14,6 +14,8 @@ from imo_analysis.ledger.setting import setting
 WHERE = setting(
     "where", "a test", {"w": parse("x/(y**2 + 1)"), "v": parse("abs(s)*w"), "leak": parse("(a*b - m*m)/b")},
     ["y > 0", "x >= 0", "k != 0", "b > 0", "leak > 0", "n < 0"], [{"s": 1}, {"s": -1}], {})
+# Cases that fix different names: where only p is spoken of, the second case leaves it free.
+MIXED = setting("mixed", "a test", {}, [], [{"p": 1}, {"r": 1}], {})
 
 
 def _question(name: str, relation: str, kind: str = "identity", squares: tuple = (), point: dict | None = None) -> Question:
@@ -22,6 +24,7 @@ def _question(name: str, relation: str, kind: str = "identity", squares: tuple =
 
 
 TRUE = [
+    Question("true_in_mixed_cases", MIXED, parse_relation("(p - 1)*(r - 1) = 0"), "identity"),
     _question("cancels", "v*k/k = w"),
     _question("absolute_by_hypothesis", "x*abs(y)**2/y - x*y = 0"),
     _question("absolute_of_a_negative", "abs(n) = -n"),
@@ -37,6 +40,12 @@ TRUE = [
     _question("not_below", "k*m <= m", "counterexample", point={"k": 2, "m": 1}),
 ]
 FALSE = [
+    _question("true_in_the_first_case_only", "s*w = w"),
+    _question("true_in_the_second_case_only", "s*w = -w"),
+    _question("bound_in_the_first_case_only", "0 <= s*k**2", "squares", (("s", "k"),)),
+    Question("true_in_the_first_of_mixed_cases_only", MIXED, parse_relation("p = 1"), "identity"),
+    _question("weight_over_what_may_be_zero", "0 <= k**2/x", "squares", (("1/x", "k"),)),
+    _question("absolute_of_unknown_sign", "abs(m) = m"),
     _question("factor", "v = 2*w"),
     _question("sign", "abs(n) = n"),
     _question("no_certificate", "m**2 >= 0", "squares"),

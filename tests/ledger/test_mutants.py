@@ -10,10 +10,13 @@ from imo_analysis.ledger.complex_forms import FORMS
 from imo_analysis.ledger.definition_mutants import try_definitions
 from imo_analysis.ledger.expression import parse_relation
 from imo_analysis.ledger.form import Form
-from imo_analysis.ledger.mutants import try_mutants
+from imo_analysis.ledger.kernels import kernel
+from imo_analysis.ledger.mutants import of_question, try_mutants
 from imo_analysis.ledger.mutations import mutations, renamed
 from imo_analysis.ledger.question import Question
+from imo_analysis.ledger.setting import true_at
 from imo_analysis.ledger.settings import errors
+from imo_analysis.ledger.settle import plan
 
 CLAIM = Claim("z", "(12)", "the rate of the z error", Verdict.HOLDS, errors(),
               printed="z_1_tilde_dot = k_2*omega_hat*i_qs_tilde")
@@ -28,6 +31,19 @@ class Weak:
 
     def answer(self, questions: Sequence[Question]) -> list[bool]:
         return [True] * len(questions)
+
+
+class FirstCaseOnly:
+    """A kernel that settles a statement in its first case and takes the others for granted."""
+
+    name = "first case only"
+
+    def __init__(self) -> None:
+        self._sound = kernel("flint")
+
+    def answer(self, questions: Sequence[Question]) -> list[bool]:
+        first = [replace(one, setting=replace(one.setting, cases=one.setting.cases[:1])) for one in questions]
+        return self._sound.answer(first)
 
 
 class Lax(Form):
@@ -75,6 +91,25 @@ def test_each_kernel_rejects_every_unequal_mutant(name: str) -> None:
 def test_a_weak_kernel_misses_mutants() -> None:
     report = try_mutants([CLAIM], [Weak()])
     assert not report.ok and len(report.missed) == report.tried - len(report.equivalent)
+
+
+def test_a_kernel_that_skips_a_case_misses_a_mutant() -> None:
+    report = try_mutants([CLAIM], [FirstCaseOnly()])
+    assert report.missed and all("in the case direction = -1 only" in one for one in report.missed)
+
+
+def test_of_inequalities_those_that_may_still_be_true_are_counted() -> None:
+    mutants = of_question(plan(SQUARES)[0][0].question)
+    refuted = {one.what for one in mutants if one.refuted}
+    assert "direction" in refuted and "sign before 3*i_qs_tilde**2" in refuted
+    for one in mutants:
+        if one.refuted:
+            assert not true_at(one.question.relation, one.question.setting.values(one.point or {}))
+    larger = next(one for one in mutants if one.what == "coefficient 3 to 4")
+    assert larger.point is not None and not larger.refuted
+    report = try_mutants([SQUARES, CLAIM], ["flint"])
+    assert report.certificates == sum(not one.refuted for one in mutants) > 0
+    assert f"  {report.certificates} of the rejected are inequalities not refuted" in report.text()
 
 
 def test_equivalent_mutants_are_told_apart() -> None:

@@ -86,7 +86,51 @@ def test_a_computed_check_must_reject_its_failing_input() -> None:
 
     assert _entry(HOLDS, checks=(Computed("printed", "even", even, True, (2,), (3,)),)).ok
     assert not _entry(HOLDS, checks=(Computed("printed", "even", even, True, (2,), (4,)),)).ok
-    assert _entry(FAILS, checks=(Computed("printed", "even", even, True, (3,)),)).verdict is FAILS
+    failing = _entry(FAILS, checks=(Computed("printed", "even", even, True, (3,), passing=(2,)),))
+    assert failing.ok and failing.verdict is FAILS
+    assert not _entry(FAILS, checks=(Computed("printed", "even", even, True, (3,), passing=(5,)),)).ok
+
+
+def test_a_computed_check_with_one_answer_only_is_an_error() -> None:
+    def never(number: int) -> tuple[bool, str]:
+        return False, f"{number}"
+
+    def always(number: int) -> tuple[bool, str]:
+        return True, f"{number}"
+
+    assert "needs an input that it passes, or" in _entry(FAILS, checks=(Computed("printed", "no", never, True, (2,)),)).errors[0]
+    assert "needs an input that it rejects" in _entry(HOLDS, checks=(Computed("printed", "yes", always, True, (2,)),)).errors[0]
+
+
+def test_an_absolute_value_of_unknown_sign_is_not_settled_and_stops_no_other_claim() -> None:
+    entry = _entry(HOLDS, printed="abs(i_ds)**2 = i_ds**2")
+    assert entry.verdict is None and entry.findings[0].true is None
+    assert "not settled" in entry.errors[0] and "abs(i_ds): its sign does not follow" in entry.errors[0]
+    refuted = _entry(FAILS, printed="abs(i_ds) = i_ds")
+    assert refuted.ok and refuted.findings[0].detail["residual"] == ""
+
+
+def test_a_square_over_what_may_be_zero_is_an_error() -> None:
+    may_be_zero = setting("may_be_zero", "", {}, ["alpha >= 0"])
+    fields: dict[str, Any] = {"printed": "0 <= i_ds**2/alpha", "squares": (("1/alpha", "i_ds"),)}
+    entry = _entry(HOLDS, **fields, setting=may_be_zero)
+    assert entry.verdict is None and "the denominator alpha needs a hypothesis" in entry.errors[0]
+    in_the_square = _entry(HOLDS, printed="0 <= i_ds**2", squares=(("1/alpha*alpha", "i_ds"),), setting=may_be_zero)
+    assert in_the_square.verdict is None and "the denominator alpha needs a hypothesis" in in_the_square.errors[0]
+
+
+def test_a_name_that_is_zero_by_hypothesis_is_zero_at_every_point() -> None:
+    still = setting("still", "", {}, ["z_2 = 0", "beta > 0"])
+    assert all(point["z_2"] == 0 for point in points(still, [parse_relation("z_2*i_ds = beta")], 5))
+    entry = _entry(FAILS, printed="i_ds = z_2", setting=still)
+    assert entry.ok and entry.findings[0].detail["point"]["z_2"] == "0"
+
+
+def test_what_rests_on_a_citation_says_so() -> None:
+    entry = _entry(HOLDS, printed="z_1 - i_ds = beta*phi_dr", cited="Khalil, Lemma 8.2")
+    assert entry.verdict is HOLDS and entry.label == "holds (cited)"
+    assert "holds (cited)" in show.table([entry]) and "Khalil, Lemma 8.2" in show.full(entry)
+    assert entry.to_dict()["cited"] == "Khalil, Lemma 8.2"
 
 
 def test_units_are_checked_and_expected_faults_are_named() -> None:

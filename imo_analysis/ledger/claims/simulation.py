@@ -210,7 +210,9 @@ CLAIMS: list[Claim] = [
         origin="scan",
         why="all other pairs have both signs",
         checks=(
-            Computed("printed", "both signs of the pair", conjugates, exact=True, arguments=(("-", "-"),), passing=(("+", "-"),)),
+            Computed(
+                "printed", "both signs of the pair", conjugates, exact=True, arguments=(("-", "-"),), passing=(("+", "-"),)
+            ),
             Computed(
                 "corrected", "with one of them turned", conjugates, exact=True, arguments=(("+", "-"),), failing=(("-", "-"),)
             ),
