@@ -207,7 +207,8 @@ def estimate(
         if block.omega is not None:
             values["omega"] = block.omega
         shape = (len(observers), len(block))
-        values |= {name: np.full(shape, np.nan) for name in ESTIMATES}
+        further = (state for runner in observers for state in OBSERVERS[runner.name].states)
+        values |= {name: np.full(shape, np.nan) for name in dict.fromkeys((*ESTIMATES, *further))}
         for n, runner in enumerate(observers):
             observer = OBSERVERS[runner.name]
             x = runner.take(before, block)

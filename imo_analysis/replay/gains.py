@@ -31,6 +31,8 @@ NOISE_SHARE = 2e-3
 DAMPING = 0.7
 FLUX_LOOPS = 0.1
 ALPHA_SHARE = 1e-3
+FORGETTING = 1.0  # 1/s, of a supervisor
+EXCITED_SHARE = 4e-3  # of |v_2|^2 = (beta flux)^2: a supervisor is half open where psi' / alpha has an rms of 6 % of psi
 
 
 def default_bandwidth(machine: InductionMachine, level: Level, sample_time: float) -> float:
@@ -78,5 +80,6 @@ def default_gains(kind: str, machine: InductionMachine, level: Level, bandwidth:
     values = {
         "k_1": k_1, "kappa": loop, "k_2": k_2, "k_3": loop, "K_p": K_p, "g": ALPHA_SHARE * K_p,
         "alpha_l": machine.alpha / 2, "delta": machine.alpha / 10, "l_1": k_1, "l_2": 0.0, "l_3": 0.0, "l_4": 0.0, "h": K_p,
+        "eta": FORGETTING, "S_0": EXCITED_SHARE * (machine.beta * level.flux) ** 2,
     }
     return {name: values[name] for name in OBSERVERS[kind].gains}
