@@ -142,7 +142,7 @@ def _entry(claim: Claim, planned: Sequence[_Planned], faults: Sequence[str], ker
                 errors.append(f"{claim.id}: the check {check.text!r} rejects an input that it must pass")
             if (check.failing if passed else check.passing) is None:
                 word = "rejects" if passed else "passes"
-                errors.append(f"{claim.id}: the check {check.text!r} needs an input that it {word}, or it has one answer only")
+                errors.append(f"{claim.id}: the check {check.text!r} needs an input that it {word}, or it has but one answer")
     for finding in findings:
         if finding.role in ("corrected", "refutes", "evidence") and not finding.true:
             errors.append(f"{finding.id}: the {finding.role} statement {finding.statement or finding.text!r} is not true")

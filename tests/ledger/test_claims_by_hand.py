@@ -86,6 +86,25 @@ def test_resting_errors(feedback):
     assert np.allclose(rates, 0, atol=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("feedback", "numbers", "eigenvalue"),
+    [("printed_7", (1 / 8, 1 / 8, 1 / 2, 5 / 8, 1 / 2, 2), 1), ("printed_L", (1 / 4, 1 / 4, 5, 1 / 2, 1, 5), 1 + 2j)],
+)
+@pytest.mark.parametrize(("g", "K_p"), [(1, 100), (37, 0.2)])
+def test_without_flux_zero_error_is_unstable_whatever_the_adaptation(feedback, numbers, eigenvalue, g, K_p):
+    """The Jacobian at zero error of a machine at i = z = 0, by small steps: it grows, and g and K_p do not show in it."""
+    rate, k_1, alpha, k_2, k_3, omega = numbers
+    case = Case(rate, 1.7, alpha, omega, k_1, k_2, k_3, g, K_p, 0j, 0j)
+
+    def flat(x):
+        out = error_rates(case, complex(*x[:2]), complex(*x[2:4]), complex(*x[4:6]), x[6], x[7], feedback, k_2 * (omega - x[7]))
+        return np.array([part for one in out[:3] for part in (one.real, one.imag)] + [out[3], out[4]])
+
+    jacobian = np.column_stack([(flat(step) - flat(-step)) / 2e-4 for step in 1e-4 * np.eye(8)])
+    assert np.allclose(jacobian[6:], 0, atol=1e-9)
+    assert np.abs(np.linalg.eigvals(jacobian) - eigenvalue).min() < 1e-6
+
+
 def test_the_state_by_hand():
     """V' = 6 where (16) allows -2, from the oracle and from the ledger."""
     case = Case(1, 2, 1, 1, 1, 1, 1, 1, 1, 0j, -1j)

@@ -66,6 +66,29 @@ def _reduced() -> Setting:
     return constant_observable("repaired", _STRENGTH, "reduced_system", ("kappa > 0", "direction*omega > 0"))
 
 
+# Two readings of (23): what its constants may depend on is not said.
+_ONE_FOR_ALL = Algebra(
+    "reading",
+    "K_1 and K_2 are one for all initial errors: of (21), linear along a trajectory, every multiple of a solution that no "
+    "acceleration drives is one, so that a speed error that starts at zero would have to stay there",
+    ("omega_tilde_dot = 0",),
+    setting=moving_speed("consistent_12", ({"direction": 1, "omega_tilde": 0, "omega_dot": 0},)),
+)
+_PER_TRAJECTORY = Algebra(
+    "reading",
+    "they may depend on the other initial errors: (23) then says that the speed error is bounded, and without z-loop gain "
+    "(kappa = 0) it is: the acceleration enters the reduced system additively, and z_tilde stands still: the system of the "
+    "lemma with a bounded input",
+    (
+        "w_1_dot = -alpha*k_3*i_ds_tilde + omega_dot*z_2_tilde",
+        "w_2_dot = -alpha*k_3*i_qs_tilde - omega_dot*z_1_tilde",
+        "z_1_tilde_dot = 0",
+        "z_2_tilde_dot = 0",
+        "omega_tilde_dot = omega_dot - K_p*(v_21*i_ds_tilde + v_22*i_qs_tilde)",
+    ),
+    setting=moving_speed("repaired", ({"kappa": 0, "direction": 1}, {"kappa": 0, "direction": -1})),
+)
+
 CLAIMS: list[Claim] = [
     claim(
         "guaranteed-stability",
@@ -187,6 +210,12 @@ CLAIMS: list[Claim] = [
         checks=(
             Algebra(
                 "evidence",
+                "the premise is never met: at these constant speeds B* does not see Z, so that the integral of (19) stays 0",
+                ("BZ_1 = 0", "BZ_2 = 0"),
+                setting=null_space(),
+            ),
+            Algebra(
+                "evidence",
                 "a rest point of the whole error dynamics whatever z_tilde is: no excitation moves it",
                 tuple(f"{one}_dot = 0" for one in ERRORS),
             ),
@@ -244,7 +273,8 @@ CLAIMS: list[Claim] = [
         edit="the repaired observer; [I, v_1, v_2] exciting in place of (19); w in place of "
         "z_tilde and xi_tilde, which settle at constants that q(0) fixes",
         origin="paper",
-        why="(19) can not be met for constant omega and alpha, so the proposition says nothing; and its conclusion is false",
+        why="(19) can not be met for constant omega and alpha: read strictly, the proposition is vacuously true and says "
+        "nothing. What is refuted is its conclusion, which is what it is printed for",
         assumptions=(
             "omega not zero and alpha constant, alpha >= alpha_l, the projection at rest",
             "i, phi and u of the machine bounded",
@@ -290,26 +320,10 @@ CLAIMS: list[Claim] = [
     claim(
         "proposition-IV.4",
         "under (19) and (22) the speed error obeys (23)",
-        CORRECTED,
-        moving_speed("consistent_12", ({"direction": 1, "omega_tilde": 0, "omega_dot": 0},)),
-        printed="omega_tilde_dot = 0",
-        prose="A speed error that starts at zero, with the speed constant, is bounded by a constant of the system: the "
-        "other errors "
-        "must then not drive it.",
+        Verdict.OPEN,
         checks=(
-            Algebra(
-                "corrected",
-                "without z-loop gain (kappa = 0) the acceleration enters the reduced system additively, and z_tilde "
-                "stands still: the system of the lemma with a bounded input",
-                (
-                    "w_1_dot = -alpha*k_3*i_ds_tilde + omega_dot*z_2_tilde",
-                    "w_2_dot = -alpha*k_3*i_qs_tilde - omega_dot*z_1_tilde",
-                    "z_1_tilde_dot = 0",
-                    "z_2_tilde_dot = 0",
-                    "omega_tilde_dot = omega_dot - K_p*(v_21*i_ds_tilde + v_22*i_qs_tilde)",
-                ),
-                setting=moving_speed("repaired", ({"kappa": 0, "direction": 1}, {"kappa": 0, "direction": -1})),
-            ),
+            _ONE_FOR_ALL,
+            _PER_TRAJECTORY,
             Algebra(
                 "evidence",
                 "with kappa > 0 it enters w in the same way, and c moves with the speed",
@@ -322,8 +336,8 @@ CLAIMS: list[Claim] = [
         ),
         edit="kappa = 0; [I, v_1, v_2] exciting for (19); the norm of (i_tilde, w, alpha_tilde, omega_tilde)(0) for that of "
         "omega_tilde(0), and K_2 proportional to M_1 (1 + |z_tilde(0)|)",
-        origin="paper",
-        why="the solution of a linear system is bounded by its whole initial state, not by one entry of it",
+        why="the text does not say what K_1 and K_2 may depend on; the solution of (21), linear along a trajectory, is bounded "
+        "by its whole initial state, not by one entry of it",
         assumptions=(
             "alpha constant, alpha >= alpha_l, the projection at rest",
             "i, phi, omega and u of the machine bounded; v_1, v_2 and their rates bounded, which no V gives here",
@@ -332,7 +346,9 @@ CLAIMS: list[Claim] = [
             _LEMMA,
             "an exponentially stable linear system maps bounded inputs to bounded states (Khalil, Section 9.2)",
         ),
-        note="For constant omega the condition (19) can not be met at all; it can while omega moves.",
+        note="For constant omega the condition (19) can not be met at all; it can while omega moves. With the edit, (23) "
+        "says more than that the speed error is bounded, and holds. For the printed z-loop gain k_2 omega_hat neither reading "
+        "is proved.",
     ),
     claim(
         "eq22.bound",
@@ -346,19 +362,25 @@ CLAIMS: list[Claim] = [
                 ("omega_dot = mu*(phi_dr*i_qs - phi_qr*i_ds) - n_p*T_l/J",),
             ),
         ),
+        cited="bounded currents, fluxes and load: an assumption, not a theorem; machine-checked is the rate in the finding",
         note="An assumption of Proposition IV.4, that bounded currents, fluxes and load fulfil.",
     ),
     claim(
         "eq23.bound",
         "the bound on the speed error",
-        CORRECTED,
-        moving_speed("consistent_12", ({"direction": 1, "omega_tilde": 0, "omega_dot": 0},)).extended("starts_at_zero"),
-        printed="omega_tilde_dot = 0",
-        prose="With omega_tilde(0) = 0 and constant speed, the right side is the constant K_2.",
-        corrected="omega_tilde_dot = -K_p*(v_21*i_ds_tilde + v_22*i_qs_tilde)",
+        Verdict.OPEN,
+        checks=(
+            _ONE_FOR_ALL,
+            _PER_TRAJECTORY,
+            Algebra(
+                "evidence",
+                "at constant speed it is the current errors that drive the speed error, in proportion along a trajectory",
+                ("omega_tilde_dot = -K_p*direction*(v_21*i_ds_tilde + v_22*i_qs_tilde)",),
+                setting=observable(),
+            ),
+        ),
         edit="the norm of (i_tilde, w, alpha_tilde, omega_tilde)(0) for that of omega_tilde(0)",
-        origin="paper",
-        why="the other errors drive the speed error in proportion, so that no constant bounds it for all of them",
+        why="the text does not say what K_1 and K_2 may depend on",
         note="If K_1 and K_2 may depend on the other initial errors, (23) says no more than that the speed error is bounded.",
         consequences=("proposition-IV.4",),
     ),

@@ -2,68 +2,17 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
 from functools import cache
-from typing import Any
 
 from imo_analysis.equations import adaptive
 from imo_analysis.ledger.claim import Algebra, Claim, Trajectory, Verdict
 from imo_analysis.ledger.claims.transcript import claim, same, shapes
+from imo_analysis.ledger.claims.unfluxed import growing
 from imo_analysis.ledger.expression import Name, as_expr, names
 from imo_analysis.ledger.setting import Setting, setting
 from imo_analysis.ledger.settings import CURRENTS, GAINS, MACHINE, VOLTAGES, errors, luenberger_errors, machine
 
 HOLDS, CORRECTED = Verdict.HOLDS, Verdict.CORRECTED
-
-_ZERO: dict[str, int] = {f"{one}_tilde": 0 for one in ("alpha", "omega")}
-# Frozen solutions in small numbers: R_s/sigma, gains and states chosen so that every rate is a rational multiple of a state.
-_GROWS_7 = {
-    **_ZERO,
-    "R_s": "1/8",
-    "sigma": 1,
-    "k_1": "1/8",
-    "alpha": "1/2",
-    "k_3": "1/2",
-    "k_2": "5/8",
-    "omega": 2,
-    "g": 0,
-    "K_p": 0,
-    "i_ds_tilde": 3,
-    "i_qs_tilde": -1,
-    "z_1_tilde": "15/4",
-    "z_2_tilde": "5/4",
-    "xi_1_tilde": "-3/2",
-    "xi_2_tilde": "1/2",
-    "direction": 1,
-}
-_GROWS_L = {
-    **_ZERO,
-    "R_s": "1/4",
-    "sigma": 1,
-    "k_1": "1/4",
-    "alpha": 5,
-    "k_3": 1,
-    "k_2": "1/2",
-    "omega": 5,
-    "g": 0,
-    "K_p": 0,
-    "i_ds_tilde": 1,
-    "i_qs_tilde": 0,
-    "z_1_tilde": 1,
-    "z_2_tilde": "1/2",
-    "xi_1_tilde": "-1/5",
-    "xi_2_tilde": "2/5",
-    "direction": 1,
-}
-
-
-def _frozen(name: str, convention: str, values: dict[str, Any]) -> Setting:
-    return errors(convention).extended(
-        name,
-        f"{errors(convention).text}, without adaptation, in the numbers shown",
-        cases=({key: Fraction(value) for key, value in values.items()},),
-    )
-
 
 @cache
 def zero_estimates() -> Setting:
@@ -79,12 +28,6 @@ def zero_estimates() -> Setting:
     )
 
 
-_GROWTH_7 = tuple(f"{one}_tilde_dot = {one}_tilde" for one in ("i_ds", "i_qs", "z_1", "z_2", "xi_1", "xi_2"))
-_GROWTH_L = tuple(
-    text
-    for d, q in (("i_ds", "i_qs"), ("z_1", "z_2"), ("xi_1", "xi_2"))
-    for text in (f"{d}_tilde_dot = {d}_tilde - 2*{q}_tilde", f"{q}_tilde_dot = 2*{d}_tilde + {q}_tilde")
-)
 _EDIT_Z = "exchange i_ds_tilde and i_qs_tilde between the two z rows"
 _WHY_Z = (
     "(7), the expanded (8) and the matrix L(omega_hat) print three different patterns; only the one that (12) needs lets "
@@ -172,13 +115,7 @@ CLAIMS: list[Claim] = [
         trajectories=_DIVERGES,
         consequences=_Z_FALL,
         checks=(
-            Algebra(
-                "evidence",
-                "as printed, and with the adaptation at rest, this error state is a solution that grows as "
-                "exp(t): every rate equals the state",
-                _GROWTH_7,
-                setting=_frozen("grows_7", "printed_7", _GROWS_7),
-            ),
+            *growing("7"),
         ),
     ),
     claim(
@@ -239,13 +176,7 @@ CLAIMS: list[Claim] = [
         trajectories=_DIVERGES,
         consequences=_Z_FALL,
         checks=(
-            Algebra(
-                "evidence",
-                "with L as printed, and with the adaptation at rest, this error state is a solution that "
-                "grows as exp(t) while it turns at 2 rad/s",
-                _GROWTH_L,
-                setting=_frozen("grows_L", "printed_L", _GROWS_L),
-            ),
+            *growing("L"),
             shapes("evidence", "L is 6x2", (6, 1), ((6, 2), (2, 1))),
         ),
     ),

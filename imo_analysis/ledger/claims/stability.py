@@ -8,6 +8,7 @@ from imo_analysis.ledger.claim import Algebra, Claim, Trajectory, Verdict
 from imo_analysis.ledger.claims.derivative import terms
 from imo_analysis.ledger.claims.situations import BOUND, BREAKS_16, ERRORS, lyapunov_13, repaired
 from imo_analysis.ledger.claims.transcript import claim, printed
+from imo_analysis.ledger.claims.unfluxed import growing
 from imo_analysis.ledger.expression import Name, parse
 from imo_analysis.ledger.setting import Setting, setting
 
@@ -163,6 +164,7 @@ CLAIMS: list[Claim] = [
                 ("e*(e/M) - M*(e/M)**2/2 = e**2/(2*M)",),
             ),
         ),
+        cited="the general statement: Khalil, Nonlinear Systems, Lemma 8.2; machine-checked is the step in the finding only",
         prose="A uniformly continuous f whose integral has a finite limit tends to zero.",
         note="The domain is to be read as [0, infinity): on the printed [0, infinity] a uniformly continuous f has a "
         "limit anyway. The "
@@ -185,6 +187,7 @@ CLAIMS: list[Claim] = [
             ),
         ),
         assumptions=("(16) and the bounds that follow from it", "i, phi and omega of the machine bounded"),
+        cited="Barbalat's lemma (lemma-IV.1), and the bounds in the assumptions; machine-checked is the rate in the finding",
         consequences=("proposition-IV.2",),
     ),
     claim(
@@ -195,13 +198,15 @@ CLAIMS: list[Claim] = [
         checks=(
             Algebra(
                 "printed",
-                "the bound that its proof rests on",
+                "the bound that its proof rests on; refuted, it refutes the proof",
                 (printed("eq16.bound"),),
                 point=BREAKS_16,
                 setting=lyapunov_13().extended(
                     "forwards_IV2", hypotheses=("omega > 0", "omega_hat > 0"), cases=({"direction": 1},)
                 ),
             ),
+            *growing("7"),
+            growing("L")[2],
             Algebra(
                 "corrected",
                 "with the direction in the z loop, the derivative is exactly this, for both directions and "
@@ -214,12 +219,13 @@ CLAIMS: list[Claim] = [
         origin="paper",
         why="the proof drops the term in the rate of omega_hat for a reason that does not hold",
         assumptions=("omega and alpha constant, omega not zero", "i and phi of the machine bounded", "alpha >= alpha_l"),
-        note="What falls as printed: with the z rows of (8), and with L(omega_hat), the frozen error dynamics have "
-        "growing solutions "
-        "(eq8.z_1, eq8.L); for omega < 0 the law (11) has the wrong sign; and with all that put right, V can still grow. "
-        "Whether the "
-        "statement then holds without a further edit is open; near zero error it does under excitation (repair-4). With the "
-        "edit, the rest of the proof goes through: V' <= 0 bounds the errors, and Barbalat's lemma does the rest.",
+        note="What is refuted exactly is the proof: (16), on which it rests, and that the errors stay near zero if they "
+        "begin there. With the z rows of (8) as printed, and with L(omega_hat), zero error is unstable for all g, K_p > 0, "
+        "in a machine without flux (the same in eq8.z_1, eq8.L). That the errors then leave all bounds, which the "
+        "statement itself denies, is simulated, not proved. For omega < 0 the law (11) has the wrong sign; and with all "
+        "that put right, V can still grow. Whether the statement then holds without a further edit is open; near zero "
+        "error it does under excitation (repair-4). With the edit, the rest of the proof goes through: V' <= 0 bounds the "
+        "errors, and Barbalat's lemma does the rest.",
         trajectories=(
             Trajectory(
                 "divergence",
