@@ -9,7 +9,7 @@ from typing import Literal, Self
 from pydantic import Field, model_validator
 
 from imo_analysis.machine import InductionMachine
-from imo_analysis.study_tables import Current, Damping, Flux, Inertia, Seconds, Speed, Table, Torque, Voltage
+from imo_analysis.study_tables import Current, Damping, Flux, Number, Seconds, Speed, Table, Torque, Voltage
 
 # A fitted curve may miss its table by this share of the largest current.
 FIT = 0.05
@@ -67,29 +67,29 @@ class Mechanics(Table):
         Dry friction of the motor's shaft in N m.
     coulomb_speed : float
         Speed in rad/s, electrical, at which 71 % of it acts: it is smoothed about standstill.
-    load_inertia : float
-        Part of J, in kg m^2, that sits behind the shaft; 0 makes the shaft stiff.
+    load_share : float
+        Share of J, below 1, that sits behind the shaft; 0 makes the shaft stiff.
     stiffness, damping : float
         Of the shaft, in N m (per rad of twist) and N m s. The load torque then acts behind it.
     """
 
     coulomb: Torque = Field(default=0.0, ge=0)
     coulomb_speed: Speed = Field(default=1.0, gt=0)
-    load_inertia: Inertia = Field(default=0.0, ge=0)
+    load_share: Number = Field(default=0.0, ge=0, lt=1)
     stiffness: Torque = Field(default=0.0, ge=0)
     damping: Damping = Field(default=0.0, ge=0)
 
     @model_validator(mode="after")
     def _shaft(self) -> Self:
-        if self.load_inertia > 0 and self.stiffness == 0:
-            raise ValueError("stiffness = 0 N m must be above 0 when load_inertia is set: it is the shaft between the two")
-        if self.load_inertia == 0 and (self.stiffness > 0 or self.damping > 0):
-            raise ValueError("load_inertia = 0 kg m^2 must be above 0 for a shaft with stiffness or damping")
+        if self.load_share > 0 and self.stiffness == 0:
+            raise ValueError("stiffness = 0 N m must be above 0 when load_share is set: it is the shaft between the two")
+        if self.load_share == 0 and (self.stiffness > 0 or self.damping > 0):
+            raise ValueError("load_share = 0 must be above 0 for a shaft with stiffness or damping")
         return self
 
     def resonance(self, J: float) -> float:
         """Of the two masses that make up J, in rad/s, without damping."""
-        return math.sqrt(self.stiffness * (1 / (J - self.load_inertia) + 1 / self.load_inertia))
+        return math.sqrt(self.stiffness / J / self.load_share / (1 - self.load_share))
 
 
 class Saturation(Table):
@@ -176,10 +176,7 @@ def check_realism(machine: InductionMachine, sample_time: float, substeps: int, 
                          f"{0.25 * period:g} s")
     if saturation.on:
         saturation.curve(machine.L_s)
-    if mechanics.load_inertia > 0:
-        if mechanics.load_inertia >= machine.J:
-            raise ValueError(f"mechanics.load_inertia = {mechanics.load_inertia:g} kg m^2 must be below machine.J = "
-                             f"{machine.J:g} kg m^2, of which it is a part")
+    if mechanics.load_share > 0:
         turn = mechanics.resonance(machine.J) * sample_time / substeps
         if turn > 0.5:
             raise ValueError(f"mechanics.stiffness = {mechanics.stiffness:g} N m makes the shaft ring at "

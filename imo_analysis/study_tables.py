@@ -30,7 +30,6 @@ Current = Annotated[float, BeforeValidator(_si("A"))]
 Voltage = Annotated[float, BeforeValidator(_si("V"))]
 Flux = Annotated[float, BeforeValidator(_si("Wb"))]
 Number = Annotated[float, BeforeValidator(_si("1"))]
-Inertia = Annotated[float, BeforeValidator(_si("kg m^2"))]
 Damping = Annotated[float, BeforeValidator(_si("N m s"))]
 
 

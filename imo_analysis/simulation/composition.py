@@ -23,7 +23,7 @@ def loop_of(study: Study) -> Loop:
     """The composition of a study, its observers in the order of `observer_order`."""
     order = observer_order(study)
     directions = tuple(study.observers[name].direction for name in order)
-    two_mass = study.mechanics.load_inertia > 0
+    two_mass = study.mechanics.load_share > 0
     return Loop(
         tuple(study.observers[name].kind for name in order),
         study.drive.feedback != "measured",
@@ -51,7 +51,7 @@ def require_plain(study: Study, what: str) -> None:
         return
     has = {"inverter.delay": loop.delay, "inverter.dc_link": bool(loop.inverter), "sensors.current_resolution": loop.quantised,
            "drive.errors": loop.believes and not loop.two_mass, "mechanics.coulomb": loop.coulomb,
-           "mechanics.load_inertia": loop.two_mass, "saturation": loop.saturated,
+           "mechanics.load_share": loop.two_mass, "saturation": loop.saturated,
            "different observers.*.direction": not plain(Loop(loop.observers, loop.feedback, directions=loop.directions))}
     found = ", ".join(name for name, on in has.items() if on)
     raise InputError(f"{found}: {what} must do without; take it out of the study, or run the study alone with imo simulate")
@@ -59,8 +59,8 @@ def require_plain(study: Study, what: str) -> None:
 
 def motor(study: Study) -> InductionMachine:
     """The machine without the inertia behind an elastic shaft."""
-    behind = study.mechanics.load_inertia
-    return study.machine.with_values(J=study.machine.J - behind) if behind > 0 else study.machine
+    share = study.mechanics.load_share
+    return study.machine.with_values(J=study.machine.J * (1 - share)) if share > 0 else study.machine
 
 
 def extra_arguments(study: Study, loop: Loop) -> list[tuple[Any, ...]]:
@@ -72,7 +72,7 @@ def extra_arguments(study: Study, loop: Loop) -> list[tuple[Any, ...]]:
                    float(inverter.carriers)),
         "step": (study.sensors.current_resolution,),
         "coulomb": (mechanics.coulomb, mechanics.coulomb_speed),
-        "shaft": (mechanics.stiffness, mechanics.damping, mechanics.load_inertia, float(machine.n_p)),
+        "shaft": (mechanics.stiffness, mechanics.damping, mechanics.load_share * machine.J, float(machine.n_p)),
     }
     if loop.saturated:
         values["curve"] = curve_parameters(study)

@@ -29,7 +29,7 @@ _FEATURES: dict[str, tuple[str, ...]] = {
     "switching": (*(f"inverter.{key}" for key in _LINK), "inverter.pwm"),
     "dead time": (*(f"inverter.{key}" for key in _LINK), "inverter.dead_time"),
     "dry friction": ("mechanics.coulomb", "mechanics.coulomb_speed"),
-    "elastic shaft": ("mechanics.load_inertia", "mechanics.stiffness", "mechanics.damping"),
+    "elastic shaft": ("mechanics.load_share", "mechanics.stiffness", "mechanics.damping"),
     "saturation": ("saturation.knee", "saturation.power", "saturation.flux", "saturation.current"),
     "drive's parameters": ("drive.errors",),
 }

@@ -44,7 +44,7 @@ def run(study, samples):
     settings = study.observers[name]
     observer, believed = OBSERVERS[settings.kind], study.observer_machine(name).observer_parameters
     size = len(observer.states)
-    J_load = mechanics.load_inertia
+    J_load = mechanics.load_share * machine.J
     d = (T, study.drive.current_bandwidth, study.drive.flux_bandwidth, study.drive.speed_bandwidth,
          min(study.drive.voltage_limit, inverter.dc_link / np.sqrt(3)), study.drive.current_limit, 0.05 * study.drive.flux)
     p = study.drive_machine.plant_parameters
