@@ -168,6 +168,11 @@ class Claim:
         if self.origin not in ("", "scan", "paper"):
             raise InputError(f"claim {self.id}: origin = {self.origin!r} must be 'scan', 'paper' or empty")
 
+    @property
+    def ours(self) -> bool:
+        """Whether it is not in the paper: a repair, or a result beside it."""
+        return self.item.endswith("(ours)")
+
     def formal(self) -> list[Check]:
         """All checks, those of the printed and corrected formulas first."""
         checks: list[Check] = []

@@ -75,14 +75,15 @@ def truth(setting: Setting, hypotheses: Sequence[Relation], relations: Sequence[
         return None
 
 
-def counterexample(setting: Setting, relation: Relation) -> dict[str, Fraction] | None:
+def counterexample(setting: Setting, relation: Relation, certified: bool = False) -> dict[str, Fraction] | None:
     """A point at which the hypotheses hold and the relation does not, made as simple as it goes; None if none was met.
 
     An equation that is not an identity fails at almost every point, so that two a case are enough to suspect one; an
-    inequality is tried at more. Nothing rests on that: what is not refuted goes to the kernels to be proved.
+    inequality is tried at more, unless it comes with a certificate of its own. Nothing rests on that: what is not refuted
+    goes to the kernels to be proved.
     """
     hypotheses = setting.hypotheses_for(setting.free(relation))
-    tries = (2 if relation.op == "=" else 60) * len(setting.cases)
+    tries = (2 if relation.op == "=" else 12 if certified else 60) * len(setting.cases)
     for point, answer in islice(_points(setting, [relation], 1, 97, relation.op != "="), tries):
         if not answer:
             fixed = {name for case in setting.cases for name in case}

@@ -106,7 +106,7 @@ def ask(key: str, where: Setting, relation: Relation, check: Algebra) -> Questio
         if missing:
             raise InputError(f"{key}: the given point has no value for {', '.join(missing)}")
     else:
-        point = counterexample(where, relation)
+        point = counterexample(where, relation, bool(check.squares))
     if point is not None:
         return Question(key, where, relation, "counterexample", point=point)
     if relation.op == "=":

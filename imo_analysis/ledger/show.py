@@ -55,7 +55,7 @@ def summary(entries: Sequence[Entry]) -> str:
     """The count of each verdict, and of errors of the tool."""
     wrong = sum(not entry.ok for entry in entries)
     text = ", ".join(f"{count} {name}" for name, count in counts(entries).items() if count)
-    return f"{len(entries)} entries: {text or 'none'}; errors of the tool: {wrong}"
+    return f"{len(entries)} {'entry' if len(entries) == 1 else 'entries'}: {text or 'none'}; errors of the tool: {wrong}"
 
 
 def full(entry: Entry, width: int | None = None) -> str:
@@ -83,8 +83,8 @@ def full(entry: Entry, width: int | None = None) -> str:
     put("assuming", "; ".join([*map(str, claim.setting.hypotheses), *claim.assumptions]))
     put("rests on", claim.cited)
     put("slip of", f"the {claim.origin}: {claim.why}" if claim.origin else claim.why)
-    for finding in entry.findings:
-        lines += _finding(finding, width)
+    for number, finding in enumerate(entry.findings):
+        lines += _finding(finding, width, entry.findings[number - 1] if number else None)
     for run in claim.trajectories:
         put("trajectory", f"{run.scenario}: {run.text}" + (f" ({run.command})" if run.command else ""))
     put("units", "; ".join(entry.unit_faults) or ("agree" if claim.printed else ""))
@@ -140,11 +140,15 @@ _WORDS = {
 }
 
 
-def _finding(finding: Finding, width: int) -> list[str]:
+def _finding(finding: Finding, width: int, before: Finding | None = None) -> list[str]:
+    """A finding; of several formulas under one text the text is shown once."""
     truth = {True: "true", False: "false", None: "NOT SETTLED"}[finding.true]
     head = f"{finding.role}: {finding.text}" if finding.text else finding.role
     lines = textwrap.wrap(f"{head}: {truth} ({_WORDS.get(finding.kind, finding.kind)})", width,
                           initial_indent=f"  {'finding':<11} ", subsequent_indent=" " * 14)
+    same = ("role", "text", "kind", "true")
+    if before and finding.text and finding.kind == "identity" and all(getattr(before, a) == getattr(finding, a) for a in same):
+        lines = []
     detail = finding.detail
     wrapped: list[str] = []
     if finding.role not in ("printed", "corrected") and finding.statement:

@@ -189,3 +189,10 @@ def test_the_setting_is_shared_not_copied() -> None:
     assert isinstance(WHERE.extended("more", definitions={"y": parse("z_1**2")}), Setting)
     with pytest.raises(TypeError):
         WHERE.definitions["new"] = parse("1")  # type: ignore[index]
+
+
+def test_several_formulas_of_one_check_are_shown_under_one_heading() -> None:
+    both = Algebra("evidence", "two rows", ("z_1 - i_ds = beta*phi_dr", "i_ds - z_1 = -beta*phi_dr"))
+    text = show.full(_entry(HOLDS, printed="z_1 = z_1", checks=(both,)))
+    assert text.count("two rows") == 1
+    assert "z_1 - i_ds = beta*phi_dr" in text and "i_ds - z_1 = -beta*phi_dr" in text

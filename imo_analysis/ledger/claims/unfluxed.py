@@ -20,11 +20,14 @@ from imo_analysis.ledger.settings import errors
 _STILL = ("i_ds", "i_qs", "z_1", "z_2", "u_ds", "u_qs")
 
 # Small numbers in which every rate of the linear part is a rational multiple of a state. Every gain is above zero.
-_GROWS_7 = {"R_s": "1/8", "sigma": 1, "k_1": "1/8", "alpha": "1/2", "k_3": "1/2", "k_2": "5/8", "omega": 2, "direction": 1,
-            "i_ds_tilde": 3, "i_qs_tilde": -1, "z_1_tilde": "15/4", "z_2_tilde": "5/4", "xi_1_tilde": "-3/2",
-            "xi_2_tilde": "1/2"}
-_GROWS_L = {"R_s": "1/4", "sigma": 1, "k_1": "1/4", "alpha": 5, "k_3": 1, "k_2": "1/2", "omega": 5, "direction": 1,
-            "i_ds_tilde": 1, "i_qs_tilde": 0, "z_1_tilde": 1, "z_2_tilde": "1/2", "xi_1_tilde": "-1/5", "xi_2_tilde": "2/5"}
+_GROWS_7: dict[str, int | str] = {
+    "R_s": "1/8", "sigma": 1, "k_1": "1/8", "alpha": "1/2", "k_3": "1/2", "k_2": "5/8", "omega": 2, "direction": 1,
+    "i_ds_tilde": 3, "i_qs_tilde": -1, "z_1_tilde": "15/4", "z_2_tilde": "5/4", "xi_1_tilde": "-3/2", "xi_2_tilde": "1/2",
+}
+_GROWS_L: dict[str, int | str] = {
+    "R_s": "1/4", "sigma": 1, "k_1": "1/4", "alpha": 5, "k_3": 1, "k_2": "1/2", "omega": 5, "direction": 1,
+    "i_ds_tilde": 1, "i_qs_tilde": 0, "z_1_tilde": 1, "z_2_tilde": "1/2", "xi_1_tilde": "-1/5", "xi_2_tilde": "2/5",
+}
 _GROWTH_7 = tuple(f"{one}_linear = {one}" for one in ERRORS[:6])
 _GROWTH_L = tuple(
     text for d, q in (ERRORS[0:2], ERRORS[2:4], ERRORS[4:6])
@@ -71,6 +74,7 @@ def growing(feedback: str) -> tuple[Algebra, Algebra, Algebra]:
     numbers, growth, words = {
         "7": (_GROWS_7, _GROWTH_7, "grows as exp(t)"), "L": (_GROWS_L, _GROWTH_L, "grows as exp(t) while it turns at 2 rad/s"),
     }[feedback]
+    listed = ", ".join(f"{name} = {value}" for name, value in numbers.items())
     where = unfluxed(f"printed_{feedback}")
     in_numbers = where.extended(f"grows_{feedback}", f"{where.text}; in the numbers shown, for all g, K_p > 0",
                                 cases=({name: Fraction(value) for name, value in numbers.items()},))
@@ -79,6 +83,6 @@ def growing(feedback: str) -> tuple[Algebra, Algebra, Algebra]:
                 _QUADRATIC, setting=where),
         Algebra("evidence", "so that nothing of them is left in the linear part, whatever g and K_p are", SECOND_ORDER,
                 setting=where),
-        Algebra("evidence", f"which, as printed, has this solution that {words}: zero error is unstable for all g, K_p > 0",
-                (*growth, *SECOND_ORDER), setting=in_numbers),
+        Algebra("evidence", f"the linear part, as printed, has a solution that {words}, at {listed}: there zero error is "
+                "unstable for all g, K_p > 0", (*growth, *SECOND_ORDER), setting=in_numbers),
     )
