@@ -222,10 +222,10 @@ CLAIMS: list[Claim] = [
         note="What is refuted exactly is the proof: (16), on which it rests, and that the errors stay near zero if they "
         "begin there. With the z rows of (8) as printed, and with L(omega_hat), zero error is unstable in a machine "
         "without flux, at the parameters shown and all g, K_p > 0 (also in eq8.z_1, eq8.L). That the errors then "
-        "leave all bounds, which the statement itself denies, is simulated, not proved. For omega < 0 the law (11) has the wrong sign; and with all "
-        "that put right, V can still grow. Whether the statement then holds without a further edit is open; near zero "
-        "error it does under excitation (repair-4). With the edit, the rest of the proof goes through: V' <= 0 bounds the "
-        "errors, and Barbalat's lemma does the rest.",
+        "leave all bounds, which the statement itself denies, is simulated, not proved. For omega < 0 the law (11) "
+        "has the wrong sign; and with all that put right, V can still grow. Whether the statement then holds without "
+        "a further edit is open; near zero error it does under excitation (repair-4). With the edit, the rest of the "
+        "proof goes through: V' <= 0 bounds the errors, and Barbalat's lemma does the rest.",
         trajectories=(
             Trajectory(
                 "divergence",
