@@ -43,12 +43,7 @@ def replacing(path: str | Path) -> Iterator[Path]:
         If the folder does not take the file (missing, not writable, full).
     """
     path = Path(path)
-    try:
-        handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=path.suffix, dir=path.parent)
-        os.close(handle)
-    except OSError as error:
-        raise InputError(f"cannot write {path}: {error.strerror}; choose another place") from None
-    beside = Path(name)
+    beside = _beside(path)
     try:
         yield beside
         umask = os.umask(0)
@@ -59,6 +54,35 @@ def replacing(path: str | Path) -> Iterator[Path]:
         raise InputError(f"cannot write {path}: {error.strerror or error}; the file is as it was before") from None
     finally:
         beside.unlink(missing_ok=True)
+
+
+def check_place(path: str | Path) -> None:
+    """Refuse a place to which `replacing` could not write a file, before anything is computed for it.
+
+    Raises
+    ------
+    InputError
+        If the name is empty, a folder's or a device's, or its folder does not take the file.
+    """
+    if not str(path):
+        raise InputError("cannot write a file without a name; name one, or leave the option out")
+    _beside(Path(path)).unlink()
+
+
+def _beside(path: Path) -> Path:
+    """An empty file beside ``path``, on its file system."""
+    try:
+        if path.is_dir():
+            raise InputError(f"cannot write {path}: it is a folder; name a file in it")
+        if path.exists() and not path.is_file():
+            raise InputError(f"cannot write {path}: it is not a file; choose another place")
+        if not path.parent.is_dir():
+            raise InputError(f"cannot write {path}: there is no folder {path.parent}; make it or choose another place")
+        handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=path.suffix, dir=path.parent)
+        os.close(handle)
+    except OSError as error:
+        raise InputError(f"cannot write {path}: {error.strerror}; choose another place") from None
+    return Path(name)
 
 
 def write_text(path: str | Path, text: str) -> None:

@@ -21,6 +21,7 @@ from typing import Any, Self
 
 from pydantic import Field, ValidationError, model_validator
 
+from imo_analysis.equations.catalogue import OBSERVERS
 from imo_analysis.errors import InputError
 from imo_analysis.files import read_toml
 from imo_analysis.machine import InductionMachine, readable
@@ -81,6 +82,8 @@ class Study(Table):
         if feedback != "measured" and feedback not in self.observers:
             known = ", ".join(["measured", *self.observers])
             raise ValueError(f"drive.feedback = {feedback!r} must be one of: {known}")
+        if feedback != "measured":
+            _check_start(feedback, self.observers[feedback], self.machine)
         check_realism(self.machine, self.simulation.sample_time, self.simulation.substeps, self.inverter, self.mechanics,
                       self.saturation)
         believed = {f"observers.{name}": one.errors for name, one in self.observers.items()} | {"drive": self.drive.errors}
@@ -137,7 +140,10 @@ class Study(Table):
         try:
             return cls(**{**data, "machine": machine, "data": data})
         except ValidationError as error:
-            raise InputError(readable(error, f"{where}:").replace(":.", ": ").replace(":)", ")")) from None
+            text = readable(error, f"{where}:").replace(":.", ": ").replace(":)", ")")
+            if any(fault["type"] == "missing" and len(fault["loc"]) == 1 for fault in error.errors(include_url=False)):
+                text += "; start from a whole study: imo study --init FILE"
+            raise InputError(text) from None
 
     # Variants --------------------------------------------------------------------------------------------------------
     def scenario(self, name: str) -> Self:
@@ -243,6 +249,14 @@ def _machine_values(values: Any, where: str, folder: Path | None) -> dict[str, A
         loaded = InductionMachine.load(str((folder or Path()) / name))
         values = {**loaded.model_dump(), **values}
     return values
+
+
+def _check_start(name: str, settings: ObserverSettings, machine: InductionMachine) -> None:
+    """Refuse a loop closed on an observer whose flux estimate divides by alpha_hat - j omega_hat = 0 at the start."""
+    start = dict(zip(OBSERVERS[settings.kind].states, settings.initial_values, strict=True))
+    if start.get("alpha_hat") == 0 and start["omega_hat"] == 0:
+        raise ValueError(f"observers.{name}.initial.alpha_hat = 0 1/s must be above 0 where drive.feedback = {name!r}: with "
+                         f"omega_hat = 0 too there is no flux estimate to begin with; the machine has {machine.alpha:.4g} 1/s")
 
 
 def _believed(machine: InductionMachine, errors: Mapping[str, float]) -> InductionMachine:

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from imo_analysis.errors import InputError
+from imo_analysis.machine import InductionMachine
 from imo_analysis.study import Study, merged, paper_text
 from imo_analysis.toml_writer import toml_text
 
@@ -110,6 +111,32 @@ def test_the_baseline_s_gains_are_what_the_comment_says():
     k = 495.39 / (machine.gamma + machine.alpha)
     assert gains["l_1"] == pytest.approx((k - 1) * (machine.gamma + machine.alpha), rel=1e-4)
     assert gains["l_3"] == pytest.approx(((k * k - 1) * machine.R_s / machine.sigma - gains["l_1"]) / machine.beta, rel=1e-3)
+
+
+OWN = {"n_p": 2, "R_s": 7.5, "R_r": 5.6, "L_m": 0.42, "L_s": 0.445, "L_r": 0.445, "J": 0.003}
+
+
+def test_another_machine_fits_into_the_study_with_all_its_scenarios():
+    """A motor of 1.1 kW: a fifth of the inertia, seven times the inductance."""
+    machine = InductionMachine.build(OWN)
+    study = Study.from_data({**Study.paper().data, "machine": OWN})
+    for name in study.scenarios:
+        assert study.scenario(name).machine.alpha == machine.alpha
+    assert study.scenario("real").mechanics.resonance(machine.J) == pytest.approx((500 * (1 / 0.0015 + 1 / 0.0015)) ** 0.5)
+
+
+def test_what_is_no_study_is_told_where_to_begin():
+    with pytest.raises(InputError, match=r"reference is missing; .*drive is missing; .*start from a whole study: imo study --init"):
+        Study.from_data({"machine": OWN, "simulation": {"duration": 1.0}}, "motor.toml")
+
+
+def test_a_loop_on_an_observer_without_a_flux_estimate_is_refused():
+    paper = Study.paper()
+    closed = {"drive.feedback": "repaired", "observers.repaired.initial": {"alpha_hat": 0.0}}
+    with pytest.raises(InputError, match=r"observers.repaired.initial.alpha_hat = 0 1/s must be above 0 .* 9.935 1/s"):
+        paper.changed(closed)
+    paper.changed({**closed, "drive.feedback": "baseline"})
+    paper.changed({**closed, "observers.repaired.initial": {"alpha_hat": 0.0, "omega_hat": 30.0}})
 
 
 def test_machine_from_a_file_beside_the_study(tmp_path):

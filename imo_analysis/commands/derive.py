@@ -36,10 +36,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Settle the claims and print the ledger."""
-    from imo_analysis.commands.output import emit_json, say
+    from imo_analysis.commands.output import check_places, emit_json, say
     from imo_analysis.ledger import show
     from imo_analysis.ledger.book import entries, kernel_names, subject
 
+    check_places(args)
     claims = _chosen(subject(args.subject), args.ids)
     kernels = ("sympy", "flint") if args.kernel is None else kernel_names(args.kernel)
     settled = entries(kernels, claims)

@@ -37,13 +37,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Compute, print the verdicts and write what was asked for."""
+    from imo_analysis.commands.output import check_places, emit_json, say
+
+    check_places(args, "out", "plot")
     if args.design:
         from imo_analysis.commands.excite_design import design_modulation
 
         return design_modulation(args)
     if not args.run:
         raise InputError("a run file is needed, or --design STUDY (see imo excite --help)")
-    from imo_analysis.commands.output import emit_json, say
     from imo_analysis.excitation import signals, words
     from imo_analysis.excitation.conditions import NO_SCALE, Scale
     from imo_analysis.excitation.trajectory import excitation
@@ -79,7 +81,7 @@ def _window(args: argparse.Namespace, attributes: Any) -> tuple[float, float | N
 
     try:
         table = tomllib.loads(attributes.get("study", "")).get("excitation", {})
-        return float(table.get("window", 0.1)), args.every or table.get("every")
+        return float(table.get("window", 0.1)), table.get("every") if args.every is None else args.every
     except (tomllib.TOMLDecodeError, TypeError, ValueError, AttributeError):
         return 0.1, args.every
 

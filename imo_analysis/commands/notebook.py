@@ -49,8 +49,9 @@ def title(path: Path) -> str:
 
 def run(args: argparse.Namespace) -> int:
     """List the derivations, or write them as notebooks."""
-    from imo_analysis.commands.output import emit_json, say
+    from imo_analysis.commands.output import check_places, emit_json, say
 
+    check_places(args)
     chosen = [path for path in sources() if not args.only or any(path.name.startswith(one) for one in args.only)]
     if not chosen:
         have = ", ".join(path.stem for path in sources())

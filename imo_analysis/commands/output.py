@@ -9,7 +9,21 @@ import sys
 from typing import Any
 
 from imo_analysis import __version__
-from imo_analysis.files import write_text
+from imo_analysis.files import check_place, write_text
+
+
+def check_places(args: argparse.Namespace, *options: str) -> None:
+    """Refuse, before anything is computed, files that could not be written: those of ``--json`` and of ``options``.
+
+    Raises
+    ------
+    InputError
+        In one line.
+    """
+    for option in ("json", *options):
+        place = getattr(args, option)
+        if place is not None and (option, place) != ("json", "-"):
+            check_place(place)
 
 
 def say(args: argparse.Namespace, text: str = "") -> None:

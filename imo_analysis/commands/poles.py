@@ -44,17 +44,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Do it; 0 when done."""
+    from imo_analysis.commands.output import check_places, emit_json, say
+
     wants_sweep = any((args.sweep, args.plot, args.map, args.out, args.over != "omega"))
     if args.out and not args.out.endswith((".nc", ".csv")):
         raise InputError(f"--out {args.out} must end in .nc or .csv")
     for option, path in (("--plot", args.plot), ("--map", args.map)):
         if path and not path.endswith(".svg"):
             raise InputError(f"{option} {path} must end in .svg")
+    check_places(args, "out", "plot", "map")
     speeds = _numbers(args.omega) if args.omega is not None else None
     if args.sweep is not None:
         _range(args.sweep)
 
-    from imo_analysis.commands.output import emit_json, say
     from imo_analysis.study import Study
 
     study = Study.load(args.study) if args.study else Study.paper()
@@ -87,7 +89,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _numbers(text: str) -> list[float]:
     try:
-        values = [float(word) for word in text.split(",") if word.strip()]
+        values = [float(word) for word in text.split(",")] if text.strip() else []
     except ValueError:
         raise InputError(f"--omega {text} must be numbers with commas between, in rad/s: 30,60,100") from None
     if not values:

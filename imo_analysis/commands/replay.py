@@ -55,11 +55,11 @@ def run(args: argparse.Namespace) -> int:
     from imo_analysis.replay import mistakes as log_mistakes
     from imo_analysis.replay import survey as log_survey
 
-    _check_places(args)
+    _check_numbers_and_places(args)
     machine, settings = _machine(args.machine)
     columns = {**settings.columns, **_pairs(args.column, "--column")}
     units = {**settings.units, **_pairs(args.unit, "--unit")}
-    log = logs.Log.open(args.log, machine.n_p, columns, units, args.rate or settings.rate)
+    log = logs.Log.open(args.log, machine.n_p, columns, units, settings.rate if args.rate is None else args.rate)
     treatment = replay.Treatment(
         args.voltage or settings.voltage, args.current or settings.current,
         args.direction or settings.direction or ("measured" if log.has_speed else "estimated"),
@@ -95,14 +95,18 @@ def run(args: argparse.Namespace) -> int:
     return 1 if any(one["lost_at"] is not None for one in results.values()) else 0
 
 
-def _check_places(args: argparse.Namespace) -> None:
+def _check_numbers_and_places(args: argparse.Namespace) -> None:
+    from imo_analysis.commands.output import check_places
+
     for name, ending in ((args.out, ".nc"), (args.plot, ".svg")):
         if name and Path(name).suffix.lower() != ending:
             raise InputError(f"{name}: the name must end in {ending}")
-        if name and not Path(name).parent.is_dir():
-            raise InputError(f"cannot write {name}: there is no folder {Path(name).parent}; make it or choose another place")
+    check_places(args, "out", "plot")
     if args.every < 1:
         raise InputError(f"--every {args.every} must be 1 or more")
+    for flag, value, unit in (("--rate", args.rate, "Hz"), ("--window", args.window, "s")):
+        if value is not None and not (math.isfinite(value) and value > 0):
+            raise InputError(f"{flag} {value:g} must be above 0 {unit}")
 
 
 def _machine(name: str) -> tuple[Any, Any]:
@@ -216,7 +220,7 @@ def _excitation(
     from imo_analysis.excitation import signals, words
     from imo_analysis.excitation.trajectory import excitation
 
-    window = args.window or min(0.1, found.rows * found.sample_time / 5)
+    window = min(0.1, found.rows * found.sample_time / 5) if args.window is None else args.window
     verdicts: dict[str, Any] = {}
     with signals.open_file(place, machine) as source:
         known = signals.adaptive_observers(source)

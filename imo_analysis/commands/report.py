@@ -24,11 +24,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Compute and write; 1 if an entry of the ledger is not what it should be, or a scenario diverged."""
-    from imo_analysis.commands.output import emit_json, say
+    from imo_analysis.commands.output import check_places, emit_json, say
     from imo_analysis.ledger.show import counts
     from imo_analysis.report.dossier import summary, write_dossier
     from imo_analysis.study import Study
 
+    check_places(args)
     if not args.out:
         raise InputError("--out is empty; name a folder")
     study = Study.load(args.study) if args.study else Study.paper()

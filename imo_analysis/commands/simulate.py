@@ -23,6 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Do it; 0 when done. A diverged run is written as far as it went, then raised."""
+    from imo_analysis.commands.output import check_places
     from imo_analysis.simulation.runfile import check_name
     from imo_analysis.study import Study
 
@@ -30,6 +31,7 @@ def run(args: argparse.Namespace) -> int:
         check_name(args.out)
     if args.plot and Path(args.plot).suffix.lower() != ".svg":
         raise InputError(f"--plot {args.plot}: figures are SVG; end the name in .svg")
+    check_places(args, "out", "plot")
     study = Study.load(args.study) if args.study else Study.paper()
     if args.scenario:
         study = study.scenario(args.scenario)
@@ -75,6 +77,8 @@ def _write(args: argparse.Namespace, study: Any, data: Any, fault: str | None) -
     for name, one in found.items():
         if one["lost_at"] is not None:
             say(args, f"  {name:<14} lost at {one['lost_at']:.4g} s")
+        elif one["speed_error_rms"] is None:
+            say(args, f"  {name:<14} no record after the start")
         else:
             alpha = "" if one["alpha_hat"] is None else f", alpha_hat {one['alpha_hat']:.4f} /s"
             say(args, f"  {name:<14} omega_hat {one['omega_hat']:.4f} rad/s{alpha}; second half: "
@@ -97,11 +101,14 @@ def _plot(args: argparse.Namespace, study: Any, data: Any) -> list[str]:
     run, name = data.dataset(), args.plot
     save_svg(speed_figure(run), name)
     names = [name]
+    end = float(run["time"][-1])
     for n, window in enumerate(study.windows, 1):
         if run.sel(time=slice(window.start, window.stop)).sizes["time"] > 1:
             path = str(Path(name).with_name(f"{Path(name).stem}-{n}.svg"))
             save_svg(speed_figure(run, (window.start, window.stop)), path)
             names.append(path)
+            if window.stop > end + study.simulation.record_every * study.simulation.sample_time:
+                say(args, f"window {window.title!r} ({window.start:g} to {window.stop:g} s) is drawn to the end of the run")
         else:
             say(args, f"window {window.title!r} ({window.start:g} to {window.stop:g} s) holds no records and is not drawn")
     return names

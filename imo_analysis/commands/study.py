@@ -8,30 +8,35 @@ from pathlib import Path
 from imo_analysis.errors import InputError
 
 DESCRIPTION = "Write the paper's study, commented, to start from; or check a study and say what is in it."
-EXAMPLE = "imo study --init study.toml\n  imo study study.toml"
+EXAMPLE = "imo study --init study.toml\n  imo study --init study.toml --machine motor.toml\n  imo study study.toml"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument("study", nargs="?", metavar="STUDY.toml", help="study to check; the paper's where left out")
     parser.add_argument("--init", metavar="FILE", help="write the paper's study to FILE")
+    parser.add_argument("--machine", metavar="FILE", help="with --init: machine file or preset in place of the paper's")
     parser.add_argument("--force", action="store_true", help="let --init overwrite a file")
 
 
 def run(args: argparse.Namespace) -> int:
     """Do it; 0 when done."""
-    from imo_analysis.commands.output import emit_json, say
+    from imo_analysis.commands.output import check_places, emit_json, say
     from imo_analysis.files import write_text
     from imo_analysis.study import Study, paper_text
 
-    if args.init:
+    check_places(args)
+    if args.init is not None:
         if args.study:
             raise InputError(f"study = {args.study} cannot be given with --init; leave one of the two out")
         if Path(args.init).exists() and not args.force:
             raise InputError(f"{args.init} exists already; choose another name, or --force to overwrite it")
-        write_text(args.init, paper_text())
+        write_text(args.init, _with_machine(args.machine) if args.machine else paper_text())
         say(args, f"wrote {args.init}; now: imo simulate {args.init} --out run.nc")
-    study = Study.load(args.study) if args.study else Study.paper()
+    elif args.machine:
+        raise InputError(f"--machine {args.machine} goes with --init FILE; write the machine of a study into its [machine]")
+    place = args.study or args.init
+    study = Study.load(place) if place else Study.paper()
     simulation = study.simulation
     lines = [
         f"study      {study.title} (sha256 {study.sha256[:12]})",
@@ -44,3 +49,15 @@ def run(args: argparse.Namespace) -> int:
         say(args, "\n".join(lines))
     emit_json(args, schema="imo-study/1", data={"sha256": study.sha256, "study": study.data})
     return 0
+
+
+def _with_machine(name: str) -> str:
+    """The paper's study with another machine written into it; checked with all its scenarios."""
+    from imo_analysis.machine import PRESETS, InductionMachine
+    from imo_analysis.study import Study, paper_text
+
+    machine = PRESETS[name] if name in PRESETS else InductionMachine.load(name)
+    before, rest = paper_text().split("[machine]\n")
+    text = f"{before}{machine.to_toml()}\n[simulation]\n{rest.split('[simulation]' + chr(10), 1)[1]}"
+    Study.from_toml(text, "the study with this machine")
+    return text

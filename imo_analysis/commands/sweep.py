@@ -31,7 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Do it; 0 when done, 1 when some runs could not be made."""
-    from imo_analysis.commands.output import emit_json, say
+    from imo_analysis.commands.output import check_places, emit_json, say
     from imo_analysis.study import Study
 
     out = Path(args.out)
@@ -43,9 +43,7 @@ def run(args: argparse.Namespace) -> int:
         raise InputError(f"--jobs = {args.jobs} must be 1 or more")
     if args.runs is not None and args.runs < 1:
         raise InputError(f"--runs = {args.runs} must be 1 or more")
-    for place in (out, Path(args.plot or out)):
-        if not place.absolute().parent.is_dir():
-            raise InputError(f"the folder of {place} does not exist; make it or choose another place")
+    check_places(args, "out", "plot")
     study = Study.load(args.study) if args.study else Study.paper()
     changed: dict[str, Any] = {}
     if args.scenario is not None:
@@ -85,15 +83,16 @@ def _computed(args: argparse.Namespace, study: Any, out: Path) -> Any:
     from imo_analysis.files import replacing
     from imo_analysis.simulation.runfile import write_netcdf
     from imo_analysis.sweeps.parts import Parts
-    from imo_analysis.sweeps.sweep import Plan, assembled, check_possible, locally, on_cluster
+    from imo_analysis.sweeps.sweep import Plan, assembled, check_possible, connected, locally, on_cluster
 
     plan = Plan(study)
+    client = connected(args.scheduler) if args.scheduler is not None else None
     kept = Parts(plan, out, args.resume)
     parts = kept.done()
     wanted = [chunk.number for chunk in plan.chunks if chunk.number not in parts]
     before = sum(len(part["possible"]) for part in parts.values())
     with tqdm(total=plan.runs, initial=before, unit="run", desc="sweep", file=sys.stderr, smoothing=0.1) as bar:
-        for number, part in on_cluster(plan, wanted, args.scheduler) if args.scheduler else locally(plan, wanted, args.jobs):
+        for number, part in on_cluster(plan, wanted, client) if client else locally(plan, wanted, args.jobs):
             kept.keep(number, part)
             parts[number] = part
             bar.update(len(part["possible"]))

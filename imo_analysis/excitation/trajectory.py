@@ -126,7 +126,8 @@ def grid(signals: Signals, window: float, every: float | None) -> Grid:
     result = Grid(cell, max(1, round(wanted / cell)))
     if result.window > signals.samples:
         run = signals.samples * signals.step
-        raise InputError(f"window = {window:g} s must be at most the run's {run:g} s; take a shorter window or a longer run")
+        raise InputError(f"window = {window:g} s must be at most the run's {run:g} s; "
+                         "take a shorter window (--window) or a longer run")
     return result
 
 

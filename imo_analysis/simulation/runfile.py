@@ -62,10 +62,8 @@ def load_run(path: str | Path) -> xr.Dataset:
 
 
 def check_name(path: str | Path) -> None:
-    """Refuse a name whose ending `save_run` does not know, or a folder that is not there, before anything is computed."""
+    """Refuse a name whose ending `save_run` does not know."""
     _choose(path, {".nc": None, ".csv": None, ".parquet": None})
-    if not Path(path).parent.is_dir():
-        raise InputError(f"cannot write {path}: there is no folder {Path(path).parent}; make it or choose another place")
 
 
 def _choose(path: str | Path, ways: dict[str, Any]) -> Any:

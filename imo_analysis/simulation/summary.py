@@ -20,7 +20,8 @@ def summary(run: Labelled | xr.Dataset) -> dict[str, dict[str, Any]]:
     -------
     dict
         ``{observer: {...}}`` with ``omega_hat``, ``alpha_hat`` (None where it has none) at the last record,
-        ``speed_error_rms`` and ``speed_error_peak`` over the second half of the run, and ``lost_at``: the time in s from
+        ``speed_error_rms`` and ``speed_error_peak`` over the second half of the run (None where the start is all that is on
+        record), and ``lost_at``: the time in s from
         which there is no estimate, or None.
     """
     time, omega = np.asarray(run["time"]), np.asarray(run["omega"])
@@ -30,7 +31,7 @@ def summary(run: Labelled | xr.Dataset) -> dict[str, dict[str, Any]]:
         omega_hat, alpha_hat = np.asarray(run["omega_hat"])[n], np.asarray(run["alpha_hat"])[n]
         error = (omega - omega_hat)[half:]
         finite = np.isfinite(omega_hat)
-        usable = np.isfinite(error).any()
+        usable = len(time) > 1 and np.isfinite(error).any()
         result[str(name)] = {
             "omega_hat": _last(omega_hat),
             "alpha_hat": _last(alpha_hat),

@@ -213,8 +213,8 @@ def locally(plan: Plan, wanted: list[int], jobs: int | None = None) -> Iterator[
         yield number, compute(plan.text, number, jobs or processors())
 
 
-def on_cluster(plan: Plan, wanted: list[int], scheduler: Any) -> Iterator[tuple[int, Part]]:
-    """Chunks by the workers of a dask cluster, as they come; ``scheduler`` is its address or a cluster object.
+def connected(scheduler: Any) -> Any:
+    """A dask client of the cluster; ``scheduler`` is its address or a cluster object.
 
     Raises
     ------
@@ -222,14 +222,20 @@ def on_cluster(plan: Plan, wanted: list[int], scheduler: Any) -> Iterator[tuple[
         If dask is not installed or the scheduler does not answer.
     """
     try:
-        from distributed import Client, as_completed
+        from distributed import Client
     except ImportError:
         raise InputError("--scheduler needs dask.distributed; pip install 'imo-analysis[sweep]'") from None
     try:
-        client = Client(scheduler, timeout=10)
+        return Client(scheduler, timeout=10)
     except (OSError, ValueError, TimeoutError) as error:
         raise InputError(f"--scheduler = {scheduler} does not answer ({str(error).splitlines()[0]}); "
                          "start one with: dask scheduler") from None
+
+
+def on_cluster(plan: Plan, wanted: list[int], client: Any) -> Iterator[tuple[int, Part]]:
+    """Chunks by the workers of a dask cluster, as they come; the client, from `connected`, is closed at the end."""
+    from distributed import as_completed
+
     with client:
         numbers = {client.submit(compute, plan.text, number, pure=False): number for number in wanted}
         for future in as_completed(list(numbers)):
@@ -322,7 +328,7 @@ def sweep(
     plan = Plan(study)
     wanted = [chunk.number for chunk in plan.chunks]
     parts: dict[int, Part] = {}
-    for number, part in on_cluster(plan, wanted, scheduler) if scheduler else locally(plan, wanted, jobs):
+    for number, part in on_cluster(plan, wanted, connected(scheduler)) if scheduler else locally(plan, wanted, jobs):
         parts[number] = part
         if progress:
             progress(len(part["possible"]))

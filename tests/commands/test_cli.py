@@ -40,6 +40,9 @@ def test_help_fits_a_screen_and_imports_nothing_heavy(command: str) -> None:
         (["report", "--out", ""], "--out is empty"),
         (["excite", "."], "it is not a file"),
         (["poles", "--json", "/no-such-folder/x.json"], "/no-such-folder"),
+        (["poles", "--omega", "30,,60"], "--omega 30,,60 must be numbers"),
+        (["excite", "x.nc", "--json", ""], "a file without a name"),
+        (["study", "--machine", "table-iii"], "goes with --init"),
     ],
 )
 def test_a_fault_is_one_line_and_exit_code_2(words: list[str], says: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -48,6 +51,30 @@ def test_a_fault_is_one_line_and_exit_code_2(words: list[str], says: str, capsys
     assert says in err
     assert err.startswith("imo: ") and "Traceback" not in err
     assert len(err.strip().splitlines()) == 1
+
+
+OUTPUTS = [
+    *(([command], "--json") for command in cli.COMMANDS if command not in ("replay", "excite")),
+    (["excite", "run.nc"], "--json"), (["replay", "log.csv", "--machine", "table-iii"], "--json"),
+    (["simulate"], "--out"), (["simulate"], "--plot"), (["sweep"], "--plot"), (["sweep"], "--out"),
+    (["poles"], "--map"), (["poles"], "--plot"), (["poles"], "--out"), (["excite", "run.nc"], "--plot"),
+    (["excite", "--design", "paper"], "--out"), (["replay", "log.csv", "--machine", "table-iii"], "--plot"),
+]
+
+
+@pytest.mark.parametrize(("words", "option"), OUTPUTS)
+def test_a_place_that_takes_no_file_is_refused_before_the_run(
+    words: list[str], option: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Nothing else is said or made, and no file is read before: the ones that are named are not there."""
+    monkeypatch.chdir(tmp_path)
+    ending = {"--json": "json", "--out": "nc"}.get(option, "svg")
+    (tmp_path / f"folder.{ending}").mkdir()
+    for place, why in ((f"folder.{ending}", "it is a folder"), (f"none/x.{ending}", "there is no folder none")):
+        assert cli.main([*words, option, place]) == 2
+        said = capsys.readouterr()
+        assert said.err.startswith(f"imo: cannot write {place}: {why}") and said.err.count("\n") == 1 and not said.out
+    assert [path.name for path in tmp_path.iterdir()] == [f"folder.{ending}"]
 
 
 def test_an_interrupt_is_one_line(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:

@@ -125,6 +125,8 @@ def test_a_mistake_stops_it_unless_it_is_trusted(folder, capsys):
     (["--observer", "repaired,consistent_12", "--gain", "h=3"], "h is not a gain of repaired, consistent_12"),
     (["--initial", "phi_dr_hat=1"], "phi_dr_hat is not known for repaired"),
     (["--rate", "-5"], "above 0 Hz"),
+    (["--rate", "0"], "--rate 0 must be above 0 Hz"),
+    (["--window", "0"], "--window 0 must be above 0 s"),
     (["--rate", "10"], "200 Hz to 20 MHz"),
     (["--bandwidth", "0"], "bandwidth = 0"),
     (["--voltage", "smooth"], "--voltage"),

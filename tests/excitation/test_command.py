@@ -44,7 +44,8 @@ def test_several_observers_get_a_file_each(run, tmp_path, capsys):
 @pytest.mark.parametrize(
     ("extra", "text"),
     [
-        (["--window", "99"], "take a shorter window"),
+        (["--window", "99"], "take a shorter window (--window)"),
+        (["--every", "0"], "every = 0.0 s must be above 0 s"),
         (["--window", "nan"], "must be above 0 s"),
         (["--observer", "nobody"], "choose one of"),
         (["--si", "--scale", "1", "1"], "exclude each other"),

@@ -133,6 +133,41 @@ def test_a_full_disk_leaves_nothing_half_written(run, tmp_path):
     assert os.listdir(tmp_path) == []
 
 
+def test_windows_beyond_the_run_are_told(folder, capsys):
+    text = (folder / "study.toml").read_text().replace("[excitation]", """[[windows]]
+title = "half out"
+start = 0.4
+stop = 0.9
+[[windows]]
+title = "out"
+start = 2.0
+stop = 3.0
+[excitation]""")
+    (folder / "w.toml").write_text(text)
+    assert main(["simulate", "w.toml", "--plot", "w.svg"]) == 0
+    said = capsys.readouterr().out
+    assert "window 'half out' (0.4 to 0.9 s) is drawn to the end of the run" in said
+    assert "window 'out' (2 to 3 s) holds no records and is not drawn" in said
+
+
+def test_an_observer_lost_before_its_first_record_has_no_errors(folder, capsys):
+    """What is on record is the start alone, where nothing has had time to be wrong."""
+    text = (folder / "study.toml").read_text().replace("k_1 = 300.0, k_2 = 50.0", "k_1 = 1e9, k_2 = 50.0")
+    (folder / "lost.toml").write_text(text.replace("record_every = 10 ", "record_every = 5000 "))
+    assert main(["simulate", "lost.toml", "--json", "lost.json"]) == 1
+    said = capsys.readouterr().out
+    one = json.loads((folder / "lost.json").read_text())["observers"]["consistent_12"]
+    assert "consistent_12  no record after the start" in said and "rms" not in said and one["speed_error_rms"] is None
+
+
+def test_study_init_with_another_machine(folder, capsys):
+    (folder / "motor.toml").write_text('R_s = "7.5 ohm"\nn_p = 2\nR_r = 5.6\nL_m = 0.42\nL_s = 0.445\nL_r = 0.445\nJ = 0.003\n')
+    assert main(["study", "--init", "mine.toml", "--machine", "motor.toml", "--json", "mine.json"]) == 0
+    assert json.loads((folder / "mine.json").read_text())["study"]["machine"]["R_s"] == 7.5
+    assert "# Field-oriented control on the measured speed." in (folder / "mine.toml").read_text()
+    assert main(["simulate", "mine.toml", "--scenario", "real", "--out", "real.nc"]) == 0
+
+
 def test_study_init(folder, capsys):
     assert main(["study", "--init", "mine.toml"]) == 0
     assert (folder / "mine.toml").read_text() == paper_text()

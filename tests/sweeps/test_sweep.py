@@ -281,7 +281,8 @@ def test_json_and_text(file, capsys):
 
 @pytest.mark.parametrize(("words", "text"), [
     (["--out", "a.csv"], ".nc"), (["--plot", "a.png"], ".svg"), (["--jobs", "0"], "1 or more"),
-    (["--out", "no/a.nc"], "does not exist"), (["--scenario", "fig9"], "fig9"), (["--runs", "0"], "1 or more"),
+    (["--scheduler", "zz"], "--scheduler = zz does not answer (missing port number"),
+    (["--out", "no/a.nc"], "there is no folder no"), (["--scenario", "fig9"], "fig9"), (["--runs", "0"], "1 or more"),
 ])
 def test_wrong_options(file, capsys, words, text):
     assert cli.main(["sweep", "study.toml", *words]) == 2
