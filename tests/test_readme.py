@@ -33,6 +33,7 @@ def test_the_consoles_show_what_is_printed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "100")
     consoles = _consoles()
     assert len(consoles) >= 4
     for command, expected in consoles:
