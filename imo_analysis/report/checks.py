@@ -1,6 +1,8 @@
-"""The slow checks as plain data, made by a process of their own beside the simulations: mutants, and proofs on Table II.
+"""What is slow, made by a process of its own beside the simulations: mutants, proofs on Table II, and the drive as it is.
 
-    python -m imo_analysis.report.checks FILE.json
+    python -m imo_analysis.report.checks FILE.json STUDY.toml
+
+The checks are plain data, the same for every study; what `imo_analysis.report.drive` computes is left beside FILE.json.
 """
 
 from __future__ import annotations
@@ -51,10 +53,10 @@ def checks() -> dict[str, Any]:
 
 
 @contextmanager
-def beside(path: Path) -> Iterator[subprocess.Popen[bytes]]:
-    """Start the checks in another process, which ends with the block whatever happens in it."""
-    worker = subprocess.Popen([sys.executable, "-m", "imo_analysis.report.checks", str(path)], stdin=subprocess.DEVNULL,
-                              stderr=subprocess.PIPE, start_new_session=True)
+def beside(path: Path, study: Path) -> Iterator[subprocess.Popen[bytes]]:
+    """Start the checks and the drive of a study file in another process, which ends with the block whatever happens in it."""
+    worker = subprocess.Popen([sys.executable, "-m", "imo_analysis.report.checks", str(path), str(study)],
+                              stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, start_new_session=True)
     try:
         yield worker
     finally:
@@ -78,5 +80,15 @@ def collect(worker: subprocess.Popen[bytes], path: Path) -> dict[str, Any]:
     return found
 
 
+def main(file: Path, study: Path) -> None:
+    """Compute all and write it."""
+    from imo_analysis.report.drive import compute
+    from imo_analysis.study import Study
+
+    found = checks()
+    found["no_map"] = compute(Study.load(study), file.parent)
+    file.write_text(json.dumps(found, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+
+
 if __name__ == "__main__":
-    Path(sys.argv[1]).write_text(json.dumps(checks(), indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+    main(Path(sys.argv[1]), Path(sys.argv[2]))

@@ -15,7 +15,7 @@ from imo_analysis.errors import InputError
 from imo_analysis.excitation.conditions import CONDITIONS
 from imo_analysis.files import folder as checked_folder
 from imo_analysis.ledger.claim import Entry
-from imo_analysis.report.scenarios import ExcitationResult, Scenario, main_scenario
+from imo_analysis.report.scenarios import OFF, ExcitationResult, Scenario, main_scenario
 from imo_analysis.study import Study
 
 
@@ -95,10 +95,13 @@ def _compute(
     study: Study, work: Path, note: Callable[[str], None], runs: bool
 ) -> tuple[list[tuple[str, str]], list[Entry], list[str], list[str]]:
     from imo_analysis.ledger.book import entries as settle_all
+    from imo_analysis.report import drive
+    from imo_analysis.report.chapters.drive import drive_chapter
     from imo_analysis.report.chapters.excitation import excitation_chapter
     from imo_analysis.report.chapters.ledger import ledger_chapter
     from imo_analysis.report.chapters.machine import machine_chapter
     from imo_analysis.report.chapters.notation import notation_chapter
+    from imo_analysis.report.chapters.own_machine import own_machine
     from imo_analysis.report.chapters.pencils import pencils_chapter
     from imo_analysis.report.chapters.reproduce import reproduce_chapter
     from imo_analysis.report.chapters.simulations import simulations_chapter
@@ -109,10 +112,12 @@ def _compute(
     from imo_analysis.report.identifiability import identifiability
     from imo_analysis.report.modulation import modulation
     from imo_analysis.report.page import Html, page
+    from imo_analysis.report.paper_machine import is_paper
     from imo_analysis.report.pencils import pencils
     from imo_analysis.report.scenarios import divergences, run_scenario, scenario_names
 
-    with beside(work / "checks.json") as worker:
+    (work / "study.toml").write_text(study.to_toml(), encoding="utf-8")
+    with beside(work / "checks.json", work / "study.toml") as worker:
         note("ledger: settling every claim by sympy and FLINT")
         entries = settle_all(("sympy", "flint"))
         _write_json(work / "ledger.json", entries)
@@ -125,22 +130,24 @@ def _compute(
         scenarios = [run_scenario(study, name, work, note, runs) for name in scenario_names(study)]
         note("excitation: a flux modulation that makes alpha identifiable")
         cured = modulation(study, work)
-        note("waiting for the seeded faults and the proofs on Table II")
+        note("waiting for the seeded faults, the proofs on Table II, and the drive as it is")
         proved = collect(worker, work / "checks.json")
+    real = drive.drawn(study, work, proved["no_map"], runs)
     note("writing the page")
-    (work / "study.toml").write_text(study.to_toml(), encoding="utf-8")
     files = [("index.html", "this page"), ("ledger.json", "every entry of the ledger"), ("study.toml", "the study, whole"),
-             *poles.files, ("checks.json", "seeded faults, and why no printed form gives Table II")]
+             *poles.files, ("checks.json", "seeded faults, and why no printed form gives Table II"), *real.files]
     files += [one for scenario in scenarios for one in scenario.files]
     found = [*poles.found, *findings(study, scenarios), *strays(scenarios)]
+    judged, papers = _judged(scenarios), is_paper(study.machine)
     chapters = [
         ledger_chapter(entries, proved), notation_chapter(), machine_chapter(study.machine), theorem_chapter(entries, *grown),
-        pencils_chapter(poles, proved), simulations_chapter(study, scenarios, lost),
-        excitation_chapter(_judged(scenarios), scenarios, possible, cured), reproduce_chapter(study, files),
+        pencils_chapter(poles, proved, papers), simulations_chapter(study, scenarios, lost), drive_chapter(real),
+        excitation_chapter(judged, scenarios, possible, cured), reproduce_chapter(study, files),
     ]
     title = f"imo report: {study.title}"
     footer = Html("Made by <code>imo report</code>. Formulas are set in a subset of STIX Math (SIL Open Font License 1.1).")
-    (work / "index.html").write_text(page(title, first_screen(study, entries, found), chapters, footer), encoding="utf-8")
+    own = None if papers else own_machine(study, scenarios, judged, cured)
+    (work / "index.html").write_text(page(title, first_screen(study, entries, found, own), chapters, footer), encoding="utf-8")
     files += sorted((str(path.relative_to(work)), "figure") for path in work.glob("figures/*"))
     faults = [fault for entry in entries for fault in entry.errors]
     faults += [f"{scenario.title}: {scenario.fault}" for scenario in scenarios if scenario.fault]
@@ -177,9 +184,6 @@ def findings(study: Study, scenarios: Sequence[Scenario]) -> list[str]:
             share = f"{one['holding']} of {one['windows']} windows"
             found.append(f"{result.title}: {CONDITIONS[name].title} holds in {share}{words}.")
     return found
-
-
-OFF = 0.02  # of the speed, above which an estimate at the end of a run is called off
 
 
 def strays(scenarios: Sequence[Scenario]) -> list[str]:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from imo_analysis.machine import InductionMachine
+from imo_analysis.report.paper_machine import is_paper
 from imo_analysis.report.scenarios import Drawn
 from imo_analysis.study import Study
 
@@ -87,7 +88,7 @@ def pencils(study: Study, folder: Path, sweeps: bool = True) -> PoleResult:
              "unstable."),
     ]
     unstable = {str(name): unstable_speeds(sweep.sel(observer=name)) for name in sweep["observer"].values}
-    return PoleResult(table, sweep, figures, files, _found(table, unstable), unstable)
+    return PoleResult(table, sweep, figures, files, _found(table, unstable, is_paper(study.machine)), unstable)
 
 
 def rightmost(sweep: xr.Dataset) -> Any:
@@ -112,11 +113,11 @@ def unstable_speeds(sweep: xr.Dataset) -> list[tuple[float, float]]:
     return runs
 
 
-def _found(table: xr.Dataset, unstable: dict[str, list[tuple[float, float]]]) -> list[str]:
+def _found(table: xr.Dataset, unstable: dict[str, list[tuple[float, float]]], papers: bool) -> list[str]:
     largest = {str(name): float(table["difference"].sel(observer=name).max()) for name in table["observer"].values}
     known = {name: value for name, value in largest.items() if np.isfinite(value)}
     found = []
-    if known:
+    if known and papers:
         name = min(known, key=lambda one: known[one])
         found.append(f"Table II: no observer of the study has the printed eigenvalues; the nearest, `{name}`, is off by up to "
                      f"{known[name]:.3g} /s." if known[name] > 0.01 else f"Table II: `{name}` has the printed eigenvalues.")

@@ -8,6 +8,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from imo_analysis.equations.catalogue import OBSERVERS
 from imo_analysis.errors import Diverged
 from imo_analysis.report.drift import DriftRow, drift_figure, drift_rows, explanations
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
 
 NETCDF_SAMPLES = 6000
 CSV_SAMPLES = 3000
+OFF = 0.02  # of the speed, above which an estimate is called off
 
 
 @dataclass(frozen=True)
@@ -245,10 +248,14 @@ def divergences(study: Study, note: Callable[[str], None]) -> list[Divergence]:
 
 
 def _outcome(run: xr.Dataset, name: str, source: str) -> Divergence:
-    finite = run["omega_hat"].sel(observer=name).notnull().values
-    time = run["time"].values
+    """When the speed is lost for good, and apart from that when the integration overflows, which its step decides."""
+    time, omega = run["time"].values, run["omega"].values
+    error = np.abs(omega - run["omega_hat"].sel(observer=name).values)
+    finite = np.isfinite(error)
+    near = np.flatnonzero(error <= OFF * np.maximum(np.abs(omega), 1.0))
     if not finite.all():
-        lost = float(time[finite.argmin()])
-        return Divergence(name, source, True, lost, f"leaves the numbers that any machine can have after {lost:.3f} s")
-    error = abs(float(run["omega"][-1] - run["omega_hat"].sel(observer=name)[-1]))
-    return Divergence(name, source, False, math.nan, f"stays; its speed error is {error:.2g} rad/s after {time[-1]:.3g} s")
+        after = f"{time[near[-1]]:.3g} s" if near.size else "the start"
+        over = float(time[finite.argmin()])
+        return Divergence(name, source, True, over, f"loses the speed for good at {after}: from then on more than "
+                          f"{100 * OFF:g} % off. The integration with its fixed step overflows at {over:.3f} s")
+    return Divergence(name, source, False, math.nan, f"stays; its speed error is {error[-1]:.2g} rad/s after {time[-1]:.3g} s")

@@ -84,6 +84,11 @@ def feature_costs(study: Study, start: float, stop: float, progress: Callable[[s
     return _labelled(study, names, found, (start, stop))
 
 
+def features(study: Study) -> list[str]:
+    """What a drive has and the paper leaves out that this study has, by name."""
+    return list(_alone(study))
+
+
 def _ideal(study: Study) -> Study:
     """The study with every feature off."""
     off: dict[str, Any] = {}

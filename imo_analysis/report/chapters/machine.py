@@ -1,20 +1,22 @@
-"""The chapter on the machine: Table III, what follows from it, and the two readings of alpha."""
+"""The chapter on the machine: its parameters, what follows from them, and for the paper's the two readings of alpha."""
 
 from __future__ import annotations
 
 from imo_analysis.machine import PRESETS, InductionMachine
 from imo_analysis.notation import symbol
 from imo_analysis.report.page import Chapter, Html, answer, join, prose, table, tag
+from imo_analysis.report.paper_machine import is_paper
 from imo_analysis.report.words import typeset, unit
 
+UNNAMED = str(InductionMachine.model_fields["name"].default)
 _GIVEN = ("n_p", "R_s", "R_r", "L_m", "L_s", "L_r", "J", "B")
 _DERIVED = ("sigma", "alpha", "beta", "gamma", "mu")
 
 
 def machine_chapter(machine: InductionMachine) -> Chapter:
-    """The study's machine beside both readings of the paper's Table III."""
-    columns: dict[str, InductionMachine] = {"this study": machine, **PRESETS}
-    plain, printed = PRESETS["table-iii"], PRESETS["table-iii-printed-alpha"]
+    """The study's machine; where it is the paper's, beside both readings of Table III."""
+    papers = is_paper(machine)
+    columns: dict[str, InductionMachine] = {"this study": machine, **(PRESETS if papers else {})}
     head = ("", "unit", "meaning", *columns)
     numeric = range(3, len(head))
 
@@ -27,24 +29,10 @@ def machine_chapter(machine: InductionMachine) -> Chapter:
 
     body = join(
         [
-            tag("p", Html("The study's machine is "), tag("code", machine.name), Html(". Source: "),
-                typeset(machine.source or "not given"), Html(".")),
+            tag("p", *_who(machine)),
             table(head, rows(_GIVEN), "Parameters", numeric),
             table(head, rows(_DERIVED), "What follows from them", numeric),
-            tag("h3", "The two readings of alpha"),
-            prose(
-                rf"""
-Table III gives $R_r = {plain.R_r:g}\;\Omega$ and, from its inductances, $L_r = {plain.L_r * 1e3:g}\;\mathrm{{mH}}$, so that
-$\alpha = R_r / L_r = {plain.alpha:.4f}\;/\mathrm{{s}}$. The same table prints $\alpha = {printed.alpha:.4f}\;/\mathrm{{s}}$,
-which is {printed.alpha / plain.alpha:.4f} times as much. Both cannot be right.
-"""
-            ),
-            answer(
-                f"The text starts the estimate at 6.6 and takes {printed.alpha:.4f} as the true value: the simulated motor is "
-                f"the table's motor with its rotor resistance raised by half ($R_r = {printed.R_r:.3f}\\;\\Omega$), and the "
-                "observers begin with the table's own value. Both readings are kept, as the presets `table-iii` and "
-                "`table-iii-printed-alpha`."
-            ),
+            *(_readings() if papers else ()),
             tag("h3", "Units of the speed equation"),
             prose(
                 r"""
@@ -59,6 +47,39 @@ $n_p T_l / J$.
         ]
     )
     return Chapter("machine", "Machine", "The machine", body)
+
+
+def _who(machine: InductionMachine) -> list[object]:
+    """A sentence that names the machine and its source, or says that the study does not."""
+    nameless = machine.name in ("", UNNAMED)
+    if nameless and not machine.source:
+        return ["The study neither names its machine nor says where the parameters are from."]
+    named: list[object] = [Html("The study's machine is "), tag("code", machine.name)]
+    if nameless:
+        named = ["The study does not name its machine"]
+    source = [". Source: ", typeset(machine.source)] if machine.source else ["; where its parameters are from it does not say"]
+    return [*named, *source, "."]
+
+
+def _readings() -> list[Html]:
+    """Table III's resistance and its printed alpha do not fit together."""
+    plain, printed = PRESETS["table-iii"], PRESETS["table-iii-printed-alpha"]
+    return [
+        tag("h3", "The two readings of alpha"),
+        prose(
+            rf"""
+Table III gives $R_r = {plain.R_r:g}\;\Omega$ and, from its inductances, $L_r = {plain.L_r * 1e3:g}\;\mathrm{{mH}}$, so that
+$\alpha = R_r / L_r = {plain.alpha:.4f}\;/\mathrm{{s}}$. The same table prints $\alpha = {printed.alpha:.4f}\;/\mathrm{{s}}$,
+which is {printed.alpha / plain.alpha:.4f} times as much. Both cannot be right.
+"""
+        ),
+        answer(
+            f"The text starts the estimate at 6.6 and takes {printed.alpha:.4f} as the true value: the simulated motor is "
+            f"the table's motor with its rotor resistance raised by half ($R_r = {printed.R_r:.3f}\\;\\Omega$), and the "
+            "observers begin with the table's own value. Both readings are kept, as the presets `table-iii` and "
+            "`table-iii-printed-alpha`."
+        ),
+    ]
 
 
 def _forms(machine: InductionMachine) -> object:

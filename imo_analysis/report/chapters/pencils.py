@@ -14,7 +14,7 @@ from imo_analysis.report.pencils import PoleResult, moving
 from imo_analysis.report.words import typeset, unit
 
 
-def pencils_chapter(poles: PoleResult, proofs: dict[str, Any]) -> Chapter:
+def pencils_chapter(poles: PoleResult, proofs: dict[str, Any], papers: bool) -> Chapter:
     """Poles of the frozen-speed error dynamics.
 
     Parameters
@@ -22,6 +22,8 @@ def pencils_chapter(poles: PoleResult, proofs: dict[str, Any]) -> Chapter:
     poles : PoleResult
     proofs : dict
         From `imo_analysis.report.checks.checks`.
+    papers : bool
+        Whether the machine is that of Table II.
     """
     body = join(
         [
@@ -36,10 +38,10 @@ which nothing moves, which the table leaves out.
             *(figure(drawn.svg, drawn.caption, drawn.caption, drawn.file) for drawn in poles.figures),
             _unstable(poles),
             _slider(poles),
-            tag("h3", "Table II, printed and computed"),
-            *_table2(poles),
-            tag("h3", "Where the printed numbers come from"),
-            *_explanation(proofs),
+            *((tag("h3", "Table II, printed and computed"), *_table2(poles),
+               tag("h3", "Where the printed numbers come from"), *_explanation(proofs)) if papers else
+              (tag("p", "Table II is about the paper's machine; the dossier of the paper's study goes into it. The poles of "
+                        "this machine at the speeds of the study are in ", tag("code", "table2.csv"), ".", class_="note"),)),
         ]
     )
     return Chapter("poles", "Poles", "Poles of the error dynamics", body)

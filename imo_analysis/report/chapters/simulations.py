@@ -98,5 +98,7 @@ the error dynamics (12). Each is run here with the same gains and on the same me
     parts.append(table(("observer", "printed in", "what happens"), rows))
     lost = [one.observer for one in divergences if one.diverged]
     if lost:
-        parts.append(answer(f"Diverged: {', '.join(lost)}. The others stay."))
+        parts.append(answer(
+            f"Lost: {', '.join(f'`{name}`' for name in lost)}. What the observer does is to lose the speed and not to find it "
+            "again; the overflow later is that of the integrator at this step, and says nothing more. The others stay."))
     return parts

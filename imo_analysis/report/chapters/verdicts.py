@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -9,12 +11,12 @@ from imo_analysis.ledger.claim import Entry, Verdict
 from imo_analysis.ledger.show import counts
 from imo_analysis.paper.item import PAPER
 from imo_analysis.report.chapters.ledger import WORDS, anchor, badge, label
-from imo_analysis.report.chapters.theorem import REPAIR
 from imo_analysis.report.page import Html, inline, join, tag
 from imo_analysis.report.words import typeset
 from imo_analysis.study import Study
 
 SHOWN = 6
+_NUMBER = re.compile(r" \d+$")  # Repair 1, Repair 2: repairs
 
 
 def reach(entries: Sequence[Entry]) -> dict[str, int]:
@@ -79,7 +81,7 @@ def _grouped(entries: Sequence[Entry], weight: dict[str, int]) -> list[Headline]
     return [Headline(tuple(group), max(weight[entry.claim.id] for entry in group)) for group in groups.values()]
 
 
-def first_screen(study: Study, entries: Sequence[Entry], found: Sequence[str]) -> Html:
+def first_screen(study: Study, entries: Sequence[Entry], found: Sequence[str], own: Html | None = None) -> Html:
     """The title, the verdicts as numbers, what falls, and what the runs show.
 
     Parameters
@@ -88,9 +90,11 @@ def first_screen(study: Study, entries: Sequence[Entry], found: Sequence[str]) -
     entries : sequence of Entry
     found : sequence of str
         Findings of the other chapters, a sentence each.
+    own : Html, optional
+        What stands above the paper's verdicts: the findings on a machine that is not the paper's.
     """
-    numbers = counts(entries)
-    ours = sum(entry.claim.id.startswith(REPAIR) for entry in entries)
+    papers = [entry for entry in entries if not entry.claim.ours]
+    numbers = counts(papers)
     tiles = [
         tag("li", tag("a", tag("b", numbers[str(verdict)]), tag("span", f"{word}: {meaning}"), class_=f"tile {kind}",
                       href="#ledger", data_verdict=kind))
@@ -103,9 +107,10 @@ def first_screen(study: Study, entries: Sequence[Entry], found: Sequence[str]) -
             tag("p", f"The paper: {PAPER}.", class_="soft"),
             tag("p", inline(
                 "Every equation, table and claim of the paper was transcribed, derived again and judged by exact arithmetic: "
-                f"{len(entries)} entries, of which {ours} are repairs of ours. The same definitions were then linearised and "
-                "simulated."), class_="lead"),
+                f"{len(papers)} entries. The same definitions were then linearised and simulated."), class_="lead"),
+            own or "",
             tag("ul", *tiles, class_="tiles"),
+            _ours([entry for entry in entries if entry.claim.ours]),
             tag("h3", "What falls"),
             _list(results(entries)),
             tag("h3", "Why, and what to do about it"),
@@ -115,6 +120,24 @@ def first_screen(study: Study, entries: Sequence[Entry], found: Sequence[str]) -
             tag("p", f"Study: {study.title}, SHA-256 {study.sha256[:12]}…", class_="note"),
         ]
     )
+
+
+def _ours(entries: Sequence[Entry]) -> Html:
+    """The entries that the paper does not have, counted apart: by topic, and by how they stand."""
+    if not entries:
+        return Html("")
+    topics = Counter(_NUMBER.sub("s", entry.claim.item.removesuffix(" (ours)").lower()) for entry in entries)
+    listed = ", ".join(f"{topic} {count}" for topic, count in topics.items())
+    cited = sum(bool(entry.claim.cited) for entry in entries)
+    proved = sum(_proved(entry) for entry in entries)
+    words = [f"Besides, of our own: {len(entries)} ({listed}), {'all' if proved == len(entries) else proved} proved"]
+    words += [f"{cited} of them with a theorem that is cited"] if cited else []
+    return tag("p", ", ".join(words), ".", class_="note ours")
+
+
+def _proved(entry: Entry) -> bool:
+    """Whether it holds by exact evidence alone."""
+    return entry.ok and entry.verdict is Verdict.HOLDS and all(one.kind != "numerical" for one in entry.findings)
 
 
 def _list(lines: Sequence[Headline]) -> Html:

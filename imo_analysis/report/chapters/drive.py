@@ -1,0 +1,150 @@
+"""The chapter on a drive as it is: what sampling, dead time, saturation and the rest cost, and where the loop holds."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from imo_analysis.report.drive import COLD, DriveResult
+from imo_analysis.report.page import Chapter, Html, answer, figure, join, number, prose, table, tag
+from imo_analysis.report.words import typeset
+from imo_analysis.sweeps.feature_costs import NONE
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+BREAKS = 10.0  # rad/s of error that a feature adds to an observer for it to be named
+
+
+def drive_chapter(result: DriveResult) -> Chapter:
+    """Both tables of `imo_analysis.report.drive` with their pictures."""
+    body = join([
+        prose(
+            r"""
+Everything up to here is what the equations do: continuous measurements, the voltage that was asked for, a machine that is the
+model. A drive samples, waits, switches with a dead time, saturates, and knows its resistances only roughly. And in the end the
+estimate has to close the loop. Maps of ideal observers say little about either.
+"""),
+        *_features(result), *_map(result),
+    ])
+    return Chapter("drive", "A drive as it is", "A drive as it is", body)
+
+
+def _features(result: DriveResult) -> list[Html]:
+    data = result.features
+    head = tag("h3", "What each part of a drive costs")
+    if data is None or result.features_figure is None:
+        return [head, tag("p", "The study has nothing of it: see the tables sensors, inverter, mechanics and saturation, and "
+                               "the errors of drive and observers.", class_="note")]
+    names = [str(name) for name in data["observer"].values]
+    rows = []
+    for name in data["feature"].values:
+        one = data.sel(feature=name)
+        rows.append((str(name), *(_error(one, observer) for observer in names),
+                     *(number(float(one["alpha_hat"].sel(observer=observer)), 4) for observer in _adaptive(result))))
+    columns = ("on", *(f"`{name}`" for name in names), *(rf"$\hat{{\alpha}}$ of `{name}`" for name in _adaptive(result)))
+    about = (f"{result.scenario}: speed error, mean ± standard deviation, in rad/s, and mean alpha_hat in 1/s, from "
+             f"{data.attrs['start']:g} to {data.attrs['stop']:g} s; alpha is {data.attrs['alpha']:.4g} /s")
+    drawn = result.features_figure
+    return [head, answer(*_costly(result)), figure(drawn.svg, drawn.caption, drawn.caption, drawn.file),
+            table(columns, rows, typeset(about), range(1, len(columns))), *_dead_time(result), *_layer(result)]
+
+
+def _dead_time(result: DriveResult) -> list[Html]:
+    """Why dead time takes alpha_hat away, where it does: the speed is off by much, and by far less with switching alone."""
+    data = result.features
+    if data is None or "dead time" not in data["feature"].values:
+        return []
+    error = np.abs(data["speed_error"].sel(feature="dead time", observer=_adaptive(result)).values)
+    if (error <= BREAKS).all():
+        return []
+    return [prose(
+        r"""
+Dead time takes a voltage off each phase that turns over with its current. Uncompensated, as here, its
+ripple reaches the adaptation of alpha as if it were excitation: $\hat{\alpha}$ goes where the ripple pushes it and takes the
+speed along. Switching without dead time does far less. An observer that does not adapt alpha has only the voltage error itself.
+""")]
+
+
+def _layer(result: DriveResult) -> list[Html]:
+    """How far alpha_hat moves in a sample, beside the layer of (10)."""
+    data = result.features
+    if data is None or "alpha_step" not in data:
+        return []
+    columns = ("alpha_step", "layer", "layer_of_study")
+    rows = [(tag("code", name), *(number(float(data[column].sel(observer=name))) for column in columns))
+            for name in _adaptive(result)]
+    head = ("observer", r"largest move of $\hat{\alpha}$ in a sample (1/s)", r"layer $\delta$ in this run (1/s)",
+            r"layer $\delta$ of the study (1/s)")
+    return [prose(
+        r"""
+The layer $\delta$ of (10), in which the projection fades out, is a matter of the sampling as well. A layer that is thinner
+than what $\hat{\alpha}$ moves in one sample is jumped across, and the bound with it; it has to be wider than that.
+"""), table(head, rows, "With everything on", (1, 2, 3))]
+
+
+def _adaptive(result: DriveResult) -> list[str]:
+    data = result.features
+    return [] if data is None else [str(name) for name in data["observer"].values
+                                    if np.isfinite(data["alpha_hat"].sel(observer=name)).any()]
+
+
+def _error(one: xr.Dataset, observer: str) -> str:
+    mean, ripple = (float(one[name].sel(observer=observer)) for name in ("speed_error", "speed_ripple"))
+    return "diverged" if math.isnan(mean) else f"{number(mean, 2, sign=True)} ± {number(ripple, 2)}"
+
+
+def _costly(result: DriveResult) -> list[str]:
+    """For each observer the single parts of a drive that put its speed off."""
+    data = result.features
+    if data is None:
+        return []
+    error = (data["speed_error"] ** 2 + data["speed_ripple"] ** 2) ** 0.5
+    lines = []
+    for name in data["observer"].values:
+        one = error.sel(observer=name)
+        bad = [f"{feature} ({'diverged' if math.isnan(value) else f'{value:.3g} rad/s'})"
+               for feature, value in zip(data["feature"].values[:-1], one.values[:-1], strict=True)
+               if not value <= float(one.sel(feature=NONE)) + BREAKS]
+        lines.append(f"`{name}` is put off by more than {BREAKS:g} rad/s by "
+                     + (f"{', '.join(bad)} alone" if bad else "no part of the drive alone")
+                     + f"; with all at once its error is {number(float(one[-1]))} rad/s.")
+    return lines
+
+
+def _map(result: DriveResult) -> list[Html]:
+    head = tag("h3", "Where the loop closed on an estimate holds")
+    plane, drawn = result.map, result.map_figure
+    if plane is None or drawn is None:
+        return [head, tag("p", typeset(f"There is no map of this study: {result.refused}"), class_="note")]
+    lines = []
+    for name in plane["observer"].values:
+        share = float(plane["holds"].sel(observer=name).mean())
+        lines.append(f"`{name}` holds at {100 * share:.0f} % of the points. {_where(plane, name)}")
+    return [head, prose(
+        rf"""
+At every point the drive starts from standstill, goes to the speed, is loaded, and holds both, on nothing but the estimates of
+speed and flux; the observers believe {100 * COLD:g} % too much stator resistance. It holds where the speed and its estimate end
+within {plane.attrs["band"]:g} rad/s of what was wanted.
+"""), answer(*lines), figure(drawn.svg, drawn.caption, drawn.caption, drawn.file), prose(
+        r"""
+The stator frequency is speed plus slip, and the slip has the sign of the torque: braking, it passes zero at a speed that is not
+zero. There the rotor flux stands still, the currents say nothing about the speed, and a small error of the stator resistance
+decides. That is a wedge of the plane, around the dashed line, in which no observer of this kind can be trusted.
+""")]
+
+
+def _where(plane: xr.Dataset, name: object) -> str:
+    """How often it is lost near zero stator frequency and away from it, braking and driving."""
+    one = plane.sel(observer=name)
+    lost = 1 - one["holds"].values
+    frequency = plane["stator_frequency"].values
+    near = np.abs(frequency) <= np.abs(frequency).max() / 10
+    braking = plane["T_l"].values[:, None] * plane["omega"].values[None, :] < 0
+    if not lost.any():
+        return "It is lost nowhere."
+    return (f"It is lost at {lost[near].sum()} of the {near.sum()} points within a tenth of the largest stator frequency "
+            f"around zero ({lost[near & braking].sum()} of them braking), and at {lost[~near].sum()} of the other "
+            f"{(~near).sum()}.")
