@@ -240,7 +240,8 @@ def _check_texts(data: Mapping[str, Any], where: str) -> None:
 def _machine_values(values: Any, where: str, folder: Path | None) -> dict[str, Any]:
     """The table ``[machine]`` with ``file`` replaced by what the file holds."""
     if not isinstance(values, Mapping):
-        raise InputError(f'{where}: the table [machine] is missing; write for example preset = "table-iii" in it')
+        raise InputError(f'{where}: the table [machine] is missing; write for example preset = "table-iii" in it, or start '
+                         "from a whole study: imo study --init FILE")
     values = dict(values)
     if "file" in values:
         name = values.pop("file")

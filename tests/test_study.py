@@ -126,7 +126,7 @@ def test_another_machine_fits_into_the_study_with_all_its_scenarios():
 
 
 def test_what_is_no_study_is_told_where_to_begin():
-    with pytest.raises(InputError, match=r"reference is missing; .*drive is missing; .*start from a whole study: imo study --init"):
+    with pytest.raises(InputError, match=r"reference is missing; .*drive is missing; .*whole study: imo study --init FILE"):
         Study.from_data({"machine": OWN, "simulation": {"duration": 1.0}}, "motor.toml")
 
 

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from imo_analysis.study_tables import Drive
 
 _CONFIDENCE = 3.0  # standard deviations that the accuracy must hold
+_DEEPEST_REFERENCE = 0.95  # of the mean flux: its reference must stay above 0
 _MARGIN = 0.9  # the averaged rate and bias are good to a few per cent
 
 
@@ -266,7 +267,8 @@ def design(machine: InductionMachine, gains: Mapping[str, float], flux: float, w
                 found.append(assess(machine, gains, flux, depth, frequency, wanted, squares_noise, shape, waveform))
     allowed = [one for one in found if within(one, wanted)]
     if not allowed:
-        why = "none keeps the limits of current and voltage" if found else f"no depth up to {wanted.depth_limit:g} does"
+        why = ("none keeps the limits of current and voltage" if found else
+               f"no depth up to {wanted.depth_limit:g} with a reference above 0 does")
         raise InputError(f"no flux modulation reaches alpha within {wanted.alpha:g} /s in {wanted.time:g} s: {why}; "
                          "ask for less accuracy, more time or higher gain g")
     return min(allowed, key=lambda one: one.loss), found
@@ -274,14 +276,18 @@ def design(machine: InductionMachine, gains: Mapping[str, float], flux: float, w
 
 def _smallest_depth(machine: InductionMachine, gains: Mapping[str, float], flux: float, frequency: float, wanted: Wanted,
                     squares_noise: bool, shape: Shape) -> float | None:
-    """By bisection, to 1e-5 of the limit; None where the limit does not reach the accuracy."""
+    """By bisection, to 1e-5 of the limit; None where the limit does not reach the accuracy.
+
+    The limit is the wanted one, or where the flux follows so little that the reference would come down to zero.
+    """
     def enough(depth: float) -> bool:
         return reaches(_accuracy(machine, gains, flux, depth, frequency, wanted, squares_noise, shape), wanted)
 
-    low, high = 0.0, wanted.depth_limit
+    limit = min(wanted.depth_limit, _DEEPEST_REFERENCE / shape.reference)
+    low, high = 0.0, limit
     if not enough(high):
         return None
-    while high - low > 1e-5 * wanted.depth_limit:
+    while high - low > 1e-5 * limit:
         middle = (low + high) / 2
         low, high = (low, middle) if enough(middle) else (middle, high)
     return high

@@ -23,6 +23,7 @@ def test_the_ledger_of_the_paper_is_settled(capsys: pytest.CaptureFixture[str]) 
 def test_an_entry_in_full(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["derive", "eq12.i_qs"]) == 0
     out = capsys.readouterr().out
+    assert "\n1 entry: " in out
     for word in ("printed", "corrected", "^", "edit", "assuming", "left - right = ", "residual 0", "kernels     sympy, flint"):
         assert word in out
 

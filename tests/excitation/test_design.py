@@ -133,6 +133,20 @@ def test_the_flux_follows_a_waveform_as_predicted(waveform):
 
 
 @pytest.mark.slow
+def test_a_reference_that_would_pass_zero_is_no_design():
+    """Gains for the paper's machine, on one with seven times the inductance: only a reference below zero would do."""
+    own = {"n_p": 2, "R_s": 7.5, "R_r": 5.6, "L_m": 0.42, "L_s": 0.445, "L_r": 0.445, "J": 0.003}
+    study = Study.from_data({**Study.paper().data, "machine": own})
+    gains = study.observers["repaired"].gains
+    wanted = d.Wanted(0.3, 2.0, 5.0, abs(6.6 - study.machine.alpha), (30.0, 60.0, 100.0), (0.0, 5.0), 0.1)
+    fast = d.shape_of("sine", 200.0, study.drive, study.machine.alpha)
+    alone = d._accuracy(study.machine, gains, study.drive.flux, wanted.depth_limit, 200.0, wanted, True, fast)
+    assert d.reaches(alone, wanted) and wanted.depth_limit * fast.reference > 1
+    with pytest.raises(InputError, match="with a reference above 0 does"):
+        d.design(study.machine, gains, study.drive.flux, wanted, squares_noise=True, frequencies=(60.0, 200.0),
+                 drive=study.drive)
+
+
 def test_command(capsys):
     assert main(["excite", "--design", "paper", "--json", "-"]) == 0
     data = json.loads(capsys.readouterr().out)
