@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 BREAKS = 10.0  # rad/s of error that a feature adds to an observer for it to be named
+LEAST = 1e-3  # rad/s, below which an error is not written out
 
 
 def drive_chapter(result: DriveResult) -> Chapter:
@@ -23,8 +24,8 @@ def drive_chapter(result: DriveResult) -> Chapter:
     body = join([
         prose(
             r"""
-Everything up to here is what the equations do: continuous measurements, the voltage that was asked for, a machine that is the
-model. A drive samples, waits, switches with a dead time, saturates, and knows its resistances only roughly. And in the end the
+Most of what stands above is what the equations do: continuous measurements, the voltage that was asked for, a machine that is
+the model. A drive samples, waits, switches with a dead time, saturates, and knows its resistances only roughly. And in the end the
 estimate has to close the loop. Maps of ideal observers say little about either.
 """),
         *_features(result), *_map(result),
@@ -93,6 +94,8 @@ def _adaptive(result: DriveResult) -> list[str]:
 
 def _error(one: xr.Dataset, observer: str) -> str:
     mean, ripple = (float(one[name].sel(observer=observer)) for name in ("speed_error", "speed_ripple"))
+    if max(abs(mean), ripple) < LEAST:
+        return f"below {LEAST:g}"
     return "diverged" if math.isnan(mean) else f"{number(mean, 2, sign=True)} ± {number(ripple, 2)}"
 
 
@@ -126,7 +129,7 @@ def _map(result: DriveResult) -> list[Html]:
     return [head, prose(
         rf"""
 At every point the drive starts from standstill, goes to the speed, is loaded, and holds both, on nothing but the estimates of
-speed and flux; the observers believe {100 * COLD:g} % too much stator resistance. It holds where the speed and its estimate end
+speed and flux, and the reference for the direction of rotation. The points are denser at low speeds; the observers believe {100 * COLD:g} % too much stator resistance. It holds where the speed and its estimate end
 within {plane.attrs["band"]:g} rad/s of what was wanted.
 """), answer(*lines), figure(drawn.svg, drawn.caption, drawn.caption, drawn.file), prose(
         r"""
