@@ -24,9 +24,9 @@ def drive_chapter(result: DriveResult) -> Chapter:
     body = join([
         prose(
             r"""
-Most of what stands above is what the equations do: continuous measurements, the voltage that was asked for, a machine that is
-the model. A drive samples, waits, switches with a dead time, saturates, and knows its resistances only roughly. And in the end the
-estimate has to close the loop. Maps of ideal observers say little about either.
+Most of what stands above is what the equations do: continuous measurements, the voltage that was asked for, a machine that
+is the model. A drive samples, waits, switches with a dead time, saturates, and knows its resistances only roughly. And in the
+end the estimate has to close the loop. Maps of ideal observers say little about either.
 """),
         *_features(result), *_map(result),
     ])
@@ -129,7 +129,8 @@ def _map(result: DriveResult) -> list[Html]:
     return [head, prose(
         rf"""
 At every point the drive starts from standstill, goes to the speed, is loaded, and holds both, on nothing but the estimates of
-speed and flux, and the reference for the direction of rotation. The points are denser at low speeds; the observers believe {100 * COLD:g} % too much stator resistance. It holds where the speed and its estimate end
+speed and flux, and the reference for the direction of rotation. The points are denser at low speeds. The observers believe
+{100 * COLD:g} % too much stator resistance. It holds where the speed and its estimate end
 within {plane.attrs["band"]:g} rad/s of what was wanted.
 """), answer(*lines), figure(drawn.svg, drawn.caption, drawn.caption, drawn.file), prose(
         r"""
