@@ -31,6 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--accuracy", nargs=2, type=float, default=(0.3, 2.0), metavar=("1/S", "RAD/S"), help="of alpha, omega")
     parser.add_argument("--within", type=float, default=5.0, metavar="S", help="time to reach it")
     parser.add_argument("--noise", type=float, default=0.1, metavar="A", help="noise of each current sample")
+    parser.add_argument("--duty", metavar="FILE", help="write a study: an hour of mixed duty with this design, paused midway")
     parser.add_argument("--speeds", default="20,50,100", metavar="W,..", help="electrical rad/s")
     parser.add_argument("--torques", default="0,5", metavar="T,..", help="in N m")
 
@@ -39,7 +40,9 @@ def run(args: argparse.Namespace) -> int:
     """Compute, print the verdicts and write what was asked for."""
     from imo_analysis.commands.output import check_places, emit_json, say
 
-    check_places(args, "out", "plot")
+    check_places(args, "out", "plot", "duty")
+    if args.duty and not args.design:
+        raise InputError("--duty needs --design STUDY, whose modulation it runs")
     if args.design:
         from imo_analysis.commands.excite_design import design_modulation
 

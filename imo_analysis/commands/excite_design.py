@@ -8,6 +8,8 @@ from typing import Any
 
 from imo_analysis.errors import InputError
 
+HOUR = 3600.0  # s
+
 
 def design_modulation(args: argparse.Namespace) -> int:
     """Design, simulate the design with noise, print both; exit code 1 if the simulation misses the accuracy."""
@@ -48,6 +50,13 @@ def design_modulation(args: argparse.Namespace) -> int:
                   f"torque ripple {one.torque_ripple:.3f} N m ({one.torque_ripple_before:.3f} before)")
     reached = all(abs(one.alpha_error) <= wanted.alpha and abs(one.omega_error) <= wanted.omega for one in checks)
     say(args, "the wanted accuracy is reached" if reached else "the wanted accuracy is MISSED in closed loop")
+    if args.duty:
+        from imo_analysis.excitation.duty import mixed_duty
+        from imo_analysis.files import write_text
+
+        write_text(args.duty, mixed_duty(study, HOUR, noise=noise, depth=found.depth, frequency=found.frequency,
+                                         off=(HOUR / 4, HOUR * 3 / 4)).to_toml())
+        say(args, f"wrote {args.duty}; now: imo simulate {args.duty} --out duty.nc")
     emit_json(args, "imo-excitation-design/1", {
         "study": args.design, "observer": observer, "wanted": asdict(wanted), "design": asdict(found),
         "waveforms": [asdict(one) for one in waveforms], "closed_loop": [asdict(one) for one in checks], "reached": reached})

@@ -69,3 +69,14 @@ def test_help_fits_a_screen(capsys):
     with pytest.raises(SystemExit):
         main(["excite", "--help"])
     assert len(capsys.readouterr().out.splitlines()) <= 40
+
+
+def test_an_hour_of_duty_is_a_study_that_reads_back(tmp_path, capsys):
+    from imo_analysis.study import Study
+
+    hour = tmp_path / "hour.toml"
+    assert main(["excite", "--design", "paper", "--speeds", "50", "--torques", "0", "--duty", str(hour)]) == 0
+    study = Study.load(hour)
+    assert study.simulation.duration == 3600 and "supervised" in study.observers and study.drive.flux_modulation > 0
+    assert main(["excite", "run.nc", "--duty", str(hour)]) == 2
+    assert "--duty needs --design" in capsys.readouterr().err
