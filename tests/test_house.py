@@ -72,3 +72,9 @@ def test_the_readme_s_commands_exist() -> None:
     assert used and used <= set(COMMANDS)
     extras = tomllib.loads((TOP / "pyproject.toml").read_text())["project"]["optional-dependencies"]
     assert set(re.findall(r"\.\[(\w+)\]", readme)) <= set(extras)
+
+
+def test_the_readme_s_pictures_and_files_are_there() -> None:
+    readme = (TOP / "README.md").read_text(encoding="utf-8")
+    links = [link for link in re.findall(r"\]\(([^)#]+)\)", readme) if "://" not in link]
+    assert links and not [link for link in links if not (TOP / link).exists()]

@@ -126,7 +126,7 @@ def test_a_run_that_does_not_fit_the_memory_is_refused(paper):
 
 
 def test_modulating_the_flux_finds_alpha(paper):
-    """At constant speed and flux the repaired observer stops beside the machine's alpha; with the flux modulated it finds it."""
+    """At constant speed and flux the repaired observer stops beside alpha; with the flux modulated it finds it."""
     base = paper.only(["repaired"]).changed({
         "simulation.duration": 30.0, "reference.time": [0.0], "reference.omega": [60.0], "load.T_l": [5.0]})
     moved = base.changed({"drive.flux_modulation": 0.05, "drive.flux_modulation_frequency": 10.0})
