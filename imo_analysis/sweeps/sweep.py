@@ -226,7 +226,8 @@ def connected(scheduler: Any) -> Any:
     except ImportError:
         raise InputError("--scheduler needs dask.distributed; pip install 'imo-analysis[sweep]'") from None
     try:
-        return Client(scheduler, timeout=10)
+        # never the default: a client that got no answer would stay it, and fail every later use of dask in this process
+        return Client(scheduler, timeout=10, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
         raise InputError(f"--scheduler = {scheduler} does not answer ({str(error).splitlines()[0]}); "
                          "start one with: dask scheduler") from None
@@ -238,7 +239,7 @@ def on_cluster(plan: Plan, wanted: list[int], client: Any) -> Iterator[tuple[int
 
     with client:
         numbers = {client.submit(compute, plan.text, number, pure=False): number for number in wanted}
-        for future in as_completed(list(numbers)):
+        for future in as_completed(list(numbers), loop=client.loop):
             yield numbers[future], future.result()
             future.release()
 

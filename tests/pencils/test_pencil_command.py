@@ -75,7 +75,7 @@ def test_machine_file_takes_the_place_of_the_studys(tmp_path: Path, capsys: pyte
     (["--sweep", "0:1:99999999999"], "too many points"),
     (["--omega", "30,nan"], "must be finite"),
     (["--omega", "fast"], "must be numbers"),
-    (["--omega", ","], "is empty"),
+    (["--omega", ","], "must be numbers with commas between"), (["--omega", ""], "--omega is empty"),
     (["--observer", "kalman"], "observer = 'kalman' is not known; choose from: baseline"),
     (["--over", "k_2", "--sweep", "0:1:3"], "needs the speed: --at"),
     (["--over", "k_2"], "needs --sweep"),

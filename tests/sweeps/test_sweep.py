@@ -12,7 +12,7 @@ from imo_analysis.simulation.run import simulate
 from imo_analysis.sweeps import distributions
 from imo_analysis.sweeps import sweep as sweeps
 from imo_analysis.sweeps.metrics import METRICS
-from imo_analysis.sweeps.sweep import Plan, sweep
+from imo_analysis.sweeps.sweep import Plan, connected, sweep
 from imo_analysis.sweeps.values import impossible, own_value, with_values
 
 SHORT = {
@@ -330,3 +330,11 @@ def test_nothing_to_draw_over(paper):
 def test_the_paper_s_study_carries_a_sweep(paper):
     plan = Plan(paper)
     assert plan.runs == 10_000 and set(plan.fields) == {"machine.R_r", "machine.R_s"}
+
+
+def test_a_cluster_that_does_not_answer_leaves_no_default_behind(study):
+    dask = pytest.importorskip("dask")
+    pytest.importorskip("distributed")
+    with pytest.raises(InputError, match="does not answer"):
+        connected("tcp://127.0.0.1:9")
+    assert dask.config.get("scheduler", None) is None
