@@ -155,8 +155,9 @@ def control_per_sample(task: Task, rtol: float = 1e-6) -> np.ndarray:
     return _sampled(task, integrate)
 
 
-def control_in_one(task: Task, rtol: float = 1e-6) -> np.ndarray:
-    """python-control in one call: the voltages of the run are given beforehand, held from sample to sample by the system."""
+def control_in_one(task: Task, rtol: float = 1e-6) -> Callable[[], np.ndarray]:
+    """python-control in one call, with steps of its own choice: the voltages of the run are found here, beforehand, so that
+    what is returned, and timed, is the call alone; the system holds them from sample to sample."""
     import control as ct
 
     voltages: list[Any] = []
@@ -168,9 +169,13 @@ def control_in_one(task: Task, rtol: float = 1e-6) -> np.ndarray:
         return rates(x, *voltages[min(int(t / T * (1 + 1e-12)), task.samples - 1)])
 
     system = ct.nlsys(update, None, inputs=1, states=13, outputs=13)
-    found = ct.input_output_response(system, [0.0, task.seconds], [0.0, 0.0], np.concatenate([task.x, task.y]),
-                                     solve_ivp_kwargs={"rtol": rtol, "atol": rtol, "max_step": T})
-    return np.asarray(found.states[:, -1])
+
+    def call() -> np.ndarray:
+        found = ct.input_output_response(system, [0.0, task.seconds], [0.0, 0.0], np.concatenate([task.x, task.y]),
+                                         solve_ivp_kwargs={"rtol": rtol, "atol": rtol})
+        return np.asarray(found.states[:, -1])
+
+    return call
 
 
 def _rk4(rates: Callable[..., list[float]], T: float) -> Callable[..., np.ndarray]:
