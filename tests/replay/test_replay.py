@@ -130,7 +130,7 @@ def test_the_states_are_those_of_scipy(started, name, treatment):
 
         x = solve_ivp(rates, (0, 1e-4), x, method="DOP853", rtol=1e-10, atol=1e-12).y[:, -1]
     size = np.abs(states).max(axis=1) + 1e-3
-    assert np.all(np.abs(states[:, -1] - x) < 2e-3 * size)
+    assert np.all(np.abs(states[:, -1] - x) < 2e-4 * size)  # measured: up to 1.2e-4, by RK4 at the step of `substeps`
 
 
 # What samples stand for ---------------------------------------------------------------------------------------------
