@@ -103,7 +103,7 @@ CLAIMS = [
                  "v_2_d = 0", "v_2_q = v_2_q_closed"),
     ),
     Claim(
-        id="excitation.parting", item=ITEM, title="alpha and omega part only while the flux magnitude moves",
+        id="excitation.parting", item=ITEM, title="at any instant, only a moving flux magnitude parts alpha and omega",
         expected=Verdict.HOLDS, setting=flux_frame(),
         prose="v_1 - (slip/alpha) v_2 = -(beta/alpha) psi' along the flux: with constant flux magnitude the two regressors are "
               "parallel at every instant, and their cross product is beta^2 psi psi' / alpha.",
