@@ -35,8 +35,9 @@ def design_modulation(args: argparse.Namespace) -> int:
     checks = verify(study, found, wanted, observer)
     say(args, f"flux modulated by {100 * found.depth:.3g} % at {found.frequency:.4g} rad/s, a {_words(found.waveform)} of the "
               f"reference, for observer {observer}:")
-    say(args, f"  alpha_hat settles at {found.rate:.3g} /s; the noise leaves it {found.bias:.3g} /s off")
-    say(args, f"  no estimator can beat, in {wanted.time:g} s: alpha +- {found.alpha_bound:.2g} /s, "
+    say(args, f"  the error of alpha_hat decays as exp(-{found.rate:.3g} t), t in s; the noise leaves it "
+              f"{found.bias:.3g} /s off")
+    say(args, f"  no unbiased estimate can be closer, in {wanted.time:g} s: alpha +- {found.alpha_bound:.2g} /s, "
               f"omega +- {found.omega_bound:.2g} rad/s")
     say(args, f"  costs {found.loss:.3g} W of copper loss, peaks of {found.current:.3g} A and {found.voltage:.3g} V")
     for other in waveforms:

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from imo_analysis.excitation.design import Design
 
 DURATION, NOISE = 300.0, 0.1  # s, A
+SETTLED, EDGE = 30.0, 5.0  # s: to converge at the start and after the pause, and for the supervisor to see the loss
 SHOWN = ("consistent_12", "repaired", "supervised")
 
 
@@ -56,14 +57,13 @@ def duty(study: Study, found: Design, folder: Path) -> Duty | None:
         return None
     run = simulate(mixed.only(list(SHOWN)))
     error = run["alpha_hat"] - study.machine.alpha
-    settled, edge = 30.0, 5.0  # s: to converge at the start and after the pause, and for the supervisor to see the loss
     rows = []
     for name in SHOWN:
         one = error.sel(observer=name)
-        lost = one.sel(time=slice(pause[0] + edge, pause[1])).values
+        lost = one.sel(time=slice(pause[0] + EDGE, pause[1])).values
         rows.append(DutyRow(
-            name, float(np.abs(one.sel(time=slice(settled, pause[0]))).max()), float(lost[-1]), float(np.ptp(lost)),
-            float(np.abs(one.sel(time=slice(pause[1] + settled, None))).max())))
+            name, float(np.abs(one.sel(time=slice(SETTLED, pause[0]))).max()), float(lost[-1]), float(np.ptp(lost)),
+            float(np.abs(one.sel(time=slice(pause[1] + SETTLED, None))).max())))
     caption = (f"The estimate of alpha over {DURATION:g} s of random speeds and loads with {NOISE:g} A of noise; the flux is "
                f"modulated, but not from {pause[0]:g} to {pause[1]:g} s. Below: what the supervisor sees, and its threshold.")
     return Duty(DURATION, pause, NOISE, rows, keep(folder, "duty", _drawn(run, study.machine.alpha, pause), caption))

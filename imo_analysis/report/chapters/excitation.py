@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from imo_analysis.excitation.conditions import CONDITIONS
-from imo_analysis.report.duty import Duty
+from imo_analysis.excitation.variations import Variation
+from imo_analysis.report.duty import EDGE, Duty
 from imo_analysis.report.identifiability import Identifiability, RankRow
 from imo_analysis.report.modulation import Modulation
 from imo_analysis.report.page import Chapter, Html, answer, figure, formula, join, prose, table, tag
@@ -14,17 +15,19 @@ from imo_analysis.report.words import typeset
 
 
 def excitation_chapter(
-    results: Sequence[ExcitationResult], scenarios: Sequence[Scenario], possible: Identifiability, cured: Modulation | None
+    results: Sequence[ExcitationResult], scenarios: Sequence[Scenario], possible: Identifiability, cured: Modulation | None,
+    varied: Sequence[Variation] = (),
 ) -> Chapter:
     """Verdicts along the runs and lost directions; where alpha_hat ends; what is possible at all; the modulation that cures."""
     body = join(
         [
             prose(
                 r"""
-The speed and alpha estimates converge only if the signals of the drive excite every direction of the unknown errors. The paper
-asks for that with (19): the Gram matrix $\int_t^{t+T} B^{*T} B^{*} \, d\tau$ of six error components must stay above a positive
-level in every window. Here it is computed along the runs above, together with the reduced condition on the four components
-that the outputs can show: $w = \alpha \tilde{\xi} - \mathrm{j} \omega \tilde{z}$ (two), $\tilde{\alpha}$ and $\tilde{\omega}$.
+An error along a direction that the signals of the drive do not excite leaves no trace in the currents, and no adaptation can
+correct it; the others may converge all the same. The paper asks for excitation in every direction with (19): the Gram matrix
+$\int_t^{t+T} B^{*T} B^{*} \, d\tau$ of six error components must stay above a positive level in every window. Here it is
+computed along the runs above, together with the reduced condition on the four components that the outputs can show:
+$w = \alpha \tilde{\xi} - \mathrm{j} \omega \tilde{z}$ (two), $\tilde{\alpha}$ and $\tilde{\omega}$.
 
 The columns are scaled to pure numbers of like size; a direction is lost in a window when its eigenvalue is below the
 threshold. The scaling and the threshold stand with each result.
@@ -33,6 +36,7 @@ threshold. The scaling and the threshold stand with each result.
             _overview(results),
             *(_result(result) for result in results),
             *_drift(scenarios),
+            *_varied(varied),
             *_possible(possible),
             *_cure(cured),
         ]
@@ -70,6 +74,17 @@ gains), and again from the motion of the machine without a look at the observer.
         ),
         table(head, rows, r"$\hat{\alpha}$ after each step, in 1/s", (3, 4, 5)),
         *([figure(drawn.svg, drawn.caption, drawn.caption, drawn.file)] if drawn else []),
+    ]
+
+
+def _varied(varied: Sequence[Variation]) -> list[Html]:
+    if not varied:
+        return []
+    rows = [(one.what, f"{one.predicted:.3f}", f"{one.simulated:.3f}") for one in varied]
+    return [
+        prose("How the end value moves with gains, steps, load and drive, one change at a time from the first row, for the repaired "
+              "observer on this machine; predicted from the study before each run:"),
+        table(("what", "predicted", "simulated"), rows, r"what one step adds to $\hat{\alpha}$, in 1/s", (1, 2)),
     ]
 
 
@@ -127,9 +142,9 @@ current sample, within the drive's limits of current and voltage. The cheapest m
         answer(
             f"{100 * found.depth:.3g} % of the flux at {found.frequency:.4g} rad/s, a {found.waveform.replace('_', ' ')} "
             f"of the reference. It costs {found.loss:.3g} W of copper loss "
-            f"with peaks of {found.current:.3g} A and {found.voltage:.3g} V. The estimate of alpha then settles at "
-            f"{found.rate:.3g} /s; the noise leaves it {found.bias:.3g} /s off. No estimator can beat "
-            f"{found.alpha_bound:.2g} /s and {found.omega_bound:.2g} rad/s there.",
+            f"with peaks of {found.current:.3g} A and {found.voltage:.3g} V. The error of the estimate of alpha then decays as "
+            f"exp(−{found.rate:.3g} t), t in s; the noise leaves it {found.bias:.3g} /s off. No unbiased estimate can have a "
+            f"standard deviation below {found.alpha_bound:.2g} /s and {found.omega_bound:.2g} rad/s there.",
             "In closed loop with noise the accuracy is " + ("reached." if reached else "missed.")),
         table(columns, rows, f"Simulated in closed loop, the second after {wanted.time:g} s", range(7)),
         table(kinds, waveforms, "The cheapest modulation by waveform, as the drive's loops let the flux follow", range(1, 6)),
@@ -144,8 +159,8 @@ def _duty(duty: Duty | None) -> list[Html]:
         return []
     rows = [(tag("code", row.observer), f"{row.excited:.3f}", f"{row.end_of_pause:+.3f}".replace("-", "−"), f"{row.moved:.2g}",
              f"{row.back:.3f}") for row in duty.rows]
-    head = ("observer", "largest error, modulated", "error at the end of the pause", "moved in the pause",
-            "largest error, modulated again")
+    head = ("observer", "largest error, modulated", "error at the end of the pause",
+            f"moved in the pause after its first {EDGE:g} s", "largest error, modulated again")
     return [
         tag("h3", "An adaptation that rests when excitation is lost"),
         prose(

@@ -71,6 +71,6 @@ def _cure(cured: Modulation | None) -> Html:
         return typeset(f"What would cure it: no modulation of the flux does it within the limits: {cured.refused}.")
     found = cured.design
     said = (f"What would cure it, for `{cured.observer}`: {100 * found.depth:.3g} % of modulation of the flux at "
-            f"{found.frequency:.4g} rad/s, for {found.loss:.3g} W; alpha then settles at {found.rate:.3g} /s. Checked in "
-            "closed loop in ")
+            f"{found.frequency:.4g} rad/s, for {found.loss:.3g} W; the error of alpha then decays as exp(−{found.rate:.3g} t), "
+            "t in s. Checked in closed loop in ")
     return join([inline(said), where, "."], "")

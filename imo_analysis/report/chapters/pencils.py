@@ -30,9 +30,9 @@ def pencils_chapter(poles: PoleResult, proofs: dict[str, Any], papers: bool) -> 
             prose(
                 r"""
 At a fixed $\hat{\omega}$ (and $\hat{\alpha}$) the errors of an observer obey a linear differential equation. Its matrix is
-found here by differentiating the definitions of plant and observer, not typed in; its eigenvalues are what Table II lists. The
-adaptive observers have two more, at zero at every speed: the direction $\alpha \tilde{\xi} = \mathrm{j} \omega \tilde{z}$ in
-which nothing moves, which the table leaves out.
+found here by differentiating the definitions of plant and observer, not typed in; Table II claims to list its eigenvalues.
+The adaptive observers have two more, at zero at every speed: the direction
+$\alpha \tilde{\xi} = \mathrm{j} \omega \tilde{z}$ in which nothing moves, which the table leaves out.
 """
             ),
             *(figure(drawn.svg, drawn.caption, drawn.caption, drawn.file) for drawn in poles.figures),
@@ -57,8 +57,8 @@ def _unstable(poles: PoleResult) -> Html:
 
 def _table2(poles: PoleResult) -> list[Html]:
     parts = [
-        prose("Conjugates are left out: each line stands for a pole and its mirror image. The difference is the distance in "
-              "the complex plane to the printed value that is assigned to it.")
+        prose("Conjugates are left out: each line stands for a pole and its mirror image, or for a real pole. The difference is "
+              "the distance in the complex plane to the printed value that is assigned to it.")
     ]
     for name in poles.table["observer"].values:
         one = poles.table.sel(observer=name)
@@ -69,8 +69,9 @@ def _table2(poles: PoleResult) -> list[Html]:
                 if float(at["computed_im"]) >= 0:
                     rows.append((f"{float(omega):g}", _complex(at, "printed"), _complex(at, "computed"),
                                  number(float(at["difference"]))))
-        head = (r"$\hat{\omega}$ (rad/s)", f"printed, {one['column'].item()} column (1/s)", "computed (1/s)",
-                "difference (1/s)")
+        column = one["column"].item()
+        printed = f"printed, {column} column (1/s)" if column else "printed (1/s)"
+        head = (r"$\hat{\omega}$ (rad/s)", printed, "computed (1/s)", "difference (1/s)")
         parts.append(table(head, rows, f"`{name}`", (0, 1, 2, 3)))
     return parts
 

@@ -25,7 +25,8 @@ def simulations_chapter(study: Study, scenarios: Sequence[Scenario], divergences
         [
             prose(
                 r"""
-The machine (1), field-oriented control on measured speed, and every observer side by side on the same measurements. The
+The machine (1) and field-oriented control on measured speed, unless a scenario of the study says otherwise (a drive's
+imperfections, feedback from an observer), and every observer side by side on the same measurements. The
 functions that are compiled for these runs are the ones that the ledger proves. The paper prints neither its gains nor its
 whole speed profile; what is used here is in the study file beside this page, and each figure can be made again with the
 command under it. Speeds are electrical.
@@ -52,7 +53,8 @@ def _scenario(scenario: Scenario) -> Html:
              "not in the window" if math.isnan(one.settled) else f"{1e3 * one.settled:.1f}")
             for one in window.responses
         ]
-        head = ("observer", "largest speed error (rad/s)", "rms speed error (rad/s)", "within 2 % of the step after (ms)")
+        head = ("observer", "largest speed error (rad/s)", "rms speed error (rad/s)",
+                "error within 2 % of the change of speed for good, from the start of the window (ms)")
         parts.append(table(head, rows, f"{window.title}: {window.start:g} to {window.stop:g} s", (1, 2, 3)))
     parts.append(_resting(scenario.resting))
     parts.append(tag("p", tag("code", scenario.command), class_="note"))
