@@ -121,7 +121,8 @@ def symbol(name: str) -> Symbol:
         if name.endswith(suffix):
             base = symbol(name.removesuffix(suffix))
             unit = over_time(base.unit) if suffix == "_dot" else base.unit
-            return Symbol(name, _accented(accent, base.latex), unit, words + base.meaning, base.source)
+            meaning = words + base.meaning.removeprefix("the ")
+            return Symbol(name, _accented(accent, base.latex), unit, meaning, base.source)
     raise InputError(f"no symbol {name!r} in the notation table (imo_analysis/notation.py)")
 
 
