@@ -110,6 +110,7 @@ def _compute(
     from imo_analysis.report.checks import beside, collect
     from imo_analysis.report.growth import growth
     from imo_analysis.report.identifiability import identifiability
+    from imo_analysis.report.drift import varied
     from imo_analysis.report.modulation import modulation
     from imo_analysis.report.page import Html, page
     from imo_analysis.report.paper_machine import is_paper
@@ -130,6 +131,7 @@ def _compute(
         scenarios = [run_scenario(study, name, work, note, runs) for name in scenario_names(study)]
         note("excitation: a flux modulation that makes alpha identifiable")
         cured = modulation(study, work)
+        moved = varied(study)
         note("waiting for the seeded faults, the proofs on Table II, and the drive as it is")
         proved = collect(worker, work / "checks.json")
     real = drive.drawn(study, work, proved["no_map"], runs)
@@ -142,7 +144,7 @@ def _compute(
     chapters = [
         ledger_chapter(entries, proved), notation_chapter(), machine_chapter(study.machine), theorem_chapter(entries, *grown),
         pencils_chapter(poles, proved, papers), simulations_chapter(study, scenarios, lost), drive_chapter(real),
-        excitation_chapter(judged, scenarios, possible, cured), reproduce_chapter(study, files),
+        excitation_chapter(judged, scenarios, possible, cured, moved), reproduce_chapter(study, files),
     ]
     title = f"imo report: {study.title}"
     footer = Html("Made by <code>imo report</code>. Formulas are set in a subset of STIX Math (SIL Open Font License 1.1).")

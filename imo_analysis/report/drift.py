@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+    from imo_analysis.excitation.variations import Variation
+
 
 @dataclass(frozen=True)
 class DriftRow:
@@ -92,3 +94,19 @@ def drift_figure(explained: dict[str, xr.Dataset]) -> Figure:
         legend_above(axes, ncols=4, columnspacing=1.2)
     all_axes[-1, 0].set_xlabel("time (s)")
     return figure
+
+
+def varied(study: Study) -> list[Variation]:
+    """`imo_analysis.excitation.variations` at the largest step of the study; empty where nothing can be predicted for it."""
+    from imo_analysis.errors import Diverged
+    from imo_analysis.excitation.variations import variations
+
+    names = [name for name, settings in study.observers.items() if settings.kind == "repaired"]
+    speeds = study.reference.omega
+    steps = sorted(zip(speeds[:-1], speeds[1:], strict=True), key=lambda step: abs(step[1] - step[0]))
+    if not names or not steps or steps[-1][0] == steps[-1][1]:
+        return []
+    try:
+        return variations(study, names[0], *steps[-1])
+    except (InputError, Diverged):
+        return []

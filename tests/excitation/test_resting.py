@@ -139,3 +139,15 @@ def test_where_the_prediction_does_not_apply_it_says_so(change, text):
     with pytest.raises(InputError, match="no gains g and K_p"):
         resting.predict_steps(Study.paper(), "baseline")
     assert math.isfinite(resting.predict_steps(Study.paper(), "repaired")[-1].alpha_hat)
+
+
+def test_the_drift_moves_with_gains_steps_load_and_drive_as_predicted():
+    from imo_analysis.excitation.variations import variations
+
+    found = {one.what: one for one in variations(Study.paper(), "repaired")}
+    base = found["40 to 100 rad/s, no load"]
+    for one in found.values():
+        assert one.simulated == pytest.approx(one.predicted, rel=0.03), one.what
+    assert found["g doubled"].simulated == pytest.approx(2 * base.simulated, rel=0.02)
+    assert found["K_p doubled"].simulated == pytest.approx(base.simulated / 2, rel=0.02)
+    assert found["load of 5 N m"].simulated > base.simulated > found["load of 5 N m, back"].simulated
