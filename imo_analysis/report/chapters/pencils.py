@@ -57,8 +57,8 @@ def _unstable(poles: PoleResult) -> Html:
 
 def _table2(poles: PoleResult) -> list[Html]:
     parts = [
-        prose("Conjugates are left out: each line stands for a pole and its mirror image, or for a real pole. The difference is "
-              "the distance in the complex plane to the printed value that is assigned to it.")
+        prose("Conjugates are left out: each line stands for a pole and its mirror image, or for a real pole. The difference "
+              "is the distance in the complex plane to the printed value that is assigned to it.")
     ]
     for name in poles.table["observer"].values:
         one = poles.table.sel(observer=name)
