@@ -108,9 +108,9 @@ def _compute(
     from imo_analysis.report.chapters.theorem import theorem_chapter
     from imo_analysis.report.chapters.verdicts import first_screen
     from imo_analysis.report.checks import beside, collect
+    from imo_analysis.report.drift import varied
     from imo_analysis.report.growth import growth
     from imo_analysis.report.identifiability import identifiability
-    from imo_analysis.report.drift import varied
     from imo_analysis.report.modulation import modulation
     from imo_analysis.report.page import Html, page
     from imo_analysis.report.paper_machine import is_paper

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from imo_analysis.drawing import LIMIT, TRUTH, in_style, legend_above, line, new_figure
@@ -102,8 +103,7 @@ def varied(study: Study) -> list[Variation]:
     from imo_analysis.excitation.variations import variations
 
     names = [name for name, settings in study.observers.items() if settings.kind == "repaired"]
-    speeds = study.reference.omega
-    steps = sorted(zip(speeds[:-1], speeds[1:], strict=True), key=lambda step: abs(step[1] - step[0]))
+    steps = sorted(pairwise(study.reference.omega), key=lambda step: abs(step[1] - step[0]))
     if not names or not steps or steps[-1][0] == steps[-1][1]:
         return []
     try:
