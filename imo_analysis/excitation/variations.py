@@ -1,7 +1,7 @@
 """How the end value of alpha_hat moves with gains, steps, load and drive: predicted from the study, and simulated.
 
-The prediction is that of `resting.predict_steps`, started from the simulated value before the step, so that it tells of the step
-alone and not of how well the start identified alpha.
+The prediction is that of `resting.predict_steps`, started from the simulated value before the step, so that it tells of the
+step alone and not of how well the start identified alpha.
 """
 
 from __future__ import annotations

@@ -82,8 +82,8 @@ def _varied(varied: Sequence[Variation]) -> list[Html]:
         return []
     rows = [(one.what, f"{one.predicted:.3f}", f"{one.simulated:.3f}") for one in varied]
     return [
-        prose("How the end value moves with gains, steps, load and drive, one change at a time from the first row, for the repaired "
-              "observer on this machine; predicted from the study before each run:"),
+        prose("How the end value moves with gains, steps, load and drive, one change at a time from the first row, for the "
+              "repaired observer on this machine; predicted from the study before each run:"),
         table(("what", "predicted", "simulated"), rows, r"what one step adds to $\hat{\alpha}$, in 1/s", (1, 2)),
     ]
 
