@@ -227,6 +227,8 @@ def _excitation(
         for name, one in results.items():
             if one["lost_at"] is not None:
                 verdicts[name] = {"verdict": f"observer {name} diverged: no verdict"}
+            elif has_speed and one["settled_at"] is None:
+                verdicts[name] = {"verdict": f"observer {name} never settled: no verdict (the condition holds its estimates)"}
             elif name not in known:
                 verdicts[name] = {"verdict": f"observer {name}: no verdict; (19) is about the adaptive observers with xi_hat"}
             else:
