@@ -11,6 +11,7 @@ MODULES: tuple[str, ...] = (
     "excitation",
     "simulation",
     "repairs",
+    "conserved",
     "closed_forms",
     "resting",
     "noise",
