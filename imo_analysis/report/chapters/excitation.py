@@ -105,11 +105,11 @@ magnitude that changes, or a slip that does, separates them.
         *(figure(drawn.svg, drawn.caption, drawn.caption, drawn.file) for drawn in possible.figures),
         prose(
             """
-Beside what is published: S. Ibarra-Rojas, J. Moreno, G. Espinosa-Perez (Automatica 40(6), 2004) show that some motions of the
-sensorless machine cannot be told apart whatever its parameters, so that no observer converges along every motion; the deficits
-above are such motions, with the unknowns that each one hides. Low frequencies are treated by C. Canudas de Wit, A. Youssef, J. P.
-Barbot, P. Martin, F. Malrait (IEEE CDC 2000), and by P. Vaclavek, P. Blaha, I. Herman (IEEE Trans. Ind. Electron. 60(8), 2013);
-the line of zero stator frequency in the maps is computed and proved here, not taken from them.
+Beside what is published: S. Ibarra-Rojas, J. Moreno, G. Espinosa-Perez (Automatica 40(6), 2004) show that some motions of
+the sensorless machine cannot be told apart whatever its parameters, so that no observer converges along every motion; the
+deficits above are such motions, with the unknowns that each one hides. Low frequencies are treated by C. Canudas de Wit, A.
+Youssef, J. P. Barbot, P. Martin, F. Malrait (IEEE CDC 2000), and by P. Vaclavek, P. Blaha, I. Herman (IEEE Trans. Ind.
+Electron. 60(8), 2013); the line of zero stator frequency in the maps is computed and proved here, not taken from them.
 """
         ),
     ]
