@@ -13,10 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from imo_analysis import compile as compiler
 from imo_analysis.equations.plant import plant
 from imo_analysis.machine import InductionMachine
 from imo_analysis.replay.logs import Samples
-from imo_analysis.simulation import compile as compiler
 
 _ROTOR_FLUX = """
 @njit(cache=True, error_model="numpy")

@@ -8,8 +8,8 @@ from __future__ import annotations
 from functools import cache
 from typing import Any
 
+from imo_analysis import compile as compiler
 from imo_analysis.equations.catalogue import OBSERVERS
-from imo_analysis.simulation import compile as compiler
 
 _TEXT = """
 @njit(cache=True, error_model="numpy", nogil=True)

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
+from imo_analysis import compile as compiler
 from imo_analysis.equations.catalogue import OBSERVERS
-from imo_analysis.simulation import compile as compiler
 from imo_analysis.simulation import drive, inverter, loaded_machine, saturated_machine, sensor, shaft
 
 PLANT_STATES = ("i_ds", "i_qs", "phi_dr", "phi_qr", "omega")

@@ -13,8 +13,8 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any
 
+from imo_analysis import compile as compiler
 from imo_analysis.equations.catalogue import OBSERVERS, PARAMETERS
-from imo_analysis.simulation import compile as compiler
 from imo_analysis.simulation import drive, loaded_machine
 from imo_analysis.simulation.kernel import Loop, combine, sum_of
 from imo_analysis.sweeps import tally

@@ -8,9 +8,9 @@ import warnings
 import numpy as np
 import pytest
 
+from imo_analysis import compile as compiler
 from imo_analysis.equations.catalogue import OBSERVERS
 from imo_analysis.equations.plant import plant
-from imo_analysis.simulation import compile as compiler
 from imo_analysis.simulation import drive, kernel, loaded_machine
 
 DEFINITIONS = [
