@@ -70,7 +70,13 @@ def _run(argv: list[str]) -> int:
     name = argv[0]
     if name not in COMMANDS:
         raise InputError(f"{name!r} is not a command; choose one of: {', '.join(COMMANDS)}")
-    command = import_module(f"imo_analysis.commands.{name}")
+    args = parser_of(name).parse_args(_joined(argv[1:]))
+    return int(_module(name).run(args))
+
+
+def parser_of(name: str) -> argparse.ArgumentParser:
+    """The parser of a command, one of `COMMANDS`; the manual lists its options from it."""
+    command = _module(name)
     parser = _Parser(
         prog=f"imo {name}",
         description=command.DESCRIPTION,
@@ -80,7 +86,11 @@ def _run(argv: list[str]) -> int:
     )
     command.add_arguments(parser)
     parser.add_argument("--json", metavar="FILE", help="write the result as JSON (FORMATS.md); - for standard output")
-    return int(command.run(parser.parse_args(_joined(argv[1:]))))
+    return parser
+
+
+def _module(name: str) -> Any:
+    return import_module(f"imo_analysis.commands.{name}")
 
 
 def _joined(argv: list[str]) -> list[str]:
