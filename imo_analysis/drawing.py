@@ -50,6 +50,7 @@ LIMIT = Line("#7a7a7a", (0, (2, 2)), "_")
 # An observer keeps its colour and line style in every figure.
 _OBSERVER_LINES = {
     "baseline": LINES[1],
+    "baseline_scheduled": LINES[4],
     "consistent_12": LINES[0],
     "repaired": LINES[2],
     "printed_7": LINES[3],

@@ -74,6 +74,7 @@ def _table() -> dict[str, Symbol]:
         ("g", r"g", "1/(A^2 s^2)", "gain of the alpha adaptation", "(9)"),
         ("K_p", r"K_p", "1/(A^2 s^2)", "gain of the speed adaptation", "(11)"),
         ("h", r"h", "1/(A^2 s^2)", "gain of the baseline speed adaptation", "(4)"),
+        ("k", r"k", "1", "poles of the baseline over the machine's, where its gain is scheduled on the speed", "ours"),
         ("l_1", r"l_1", "1/s", "baseline gain, current rows, along the error", "(3)"),
         ("l_2", r"l_2", "1/s", "baseline gain, current rows, across the error", "(3)"),
         ("l_3", r"l_3", "ohm", "baseline gain, flux rows, along the error", "(3)"),

@@ -200,6 +200,15 @@ class Study(Table):
         """The machine as the drive believes it to be: all of its inertia on a stiff shaft, no saturation."""
         return _believed(self.machine, self.drive.errors)
 
+    @cached_property
+    def known_gains(self) -> dict[str, float]:
+        """Gains by name, of whichever observer has them: first those of the scenarios, over them the study's own.
+
+        An observer of the catalogue that the study does not list takes its gains from here.
+        """
+        listed = [one for name in self.scenarios for one in self.scenario(name).observers.values()]
+        return {gain: value for one in (*listed, *self.observers.values()) for gain, value in one.gains.items()}
+
     # Writing ---------------------------------------------------------------------------------------------------------
     def to_toml(self) -> str:
         """The study as TOML text, without comments; reading it back gives the same study."""

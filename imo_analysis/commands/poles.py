@@ -126,7 +126,7 @@ def _chosen(
     other = None
     if args.machine:
         other = PRESETS[args.machine] if args.machine in PRESETS else InductionMachine.load(args.machine)
-    shared = {gain: value for settings in study.observers.values() for gain, value in settings.gains.items()}
+    shared = study.known_gains
     machines, observers = {}, {}
     for label in args.observer or study.observers:
         if label in study.observers:

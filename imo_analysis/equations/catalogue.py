@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from imo_analysis.equations import across, adaptive, baseline, luenberger, quiet, repaired, supervised
+from imo_analysis.equations import across, adaptive, baseline, luenberger, quiet, repaired, scheduled, supervised
 from imo_analysis.equations.transformation import from_z, reconstructed_flux
 
 _FULL = ("i_ds_hat", "i_qs_hat", "z_1_hat", "z_2_hat", "xi_1_hat", "xi_2_hat", "alpha_hat", "omega_hat")
@@ -65,6 +65,9 @@ OBSERVERS: dict[str, Observer] = {
         Observer("baseline", baseline.baseline,
                  ("i_ds_hat", "i_qs_hat", "phi_dr_hat", "phi_qr_hat", "omega_hat"), ("l_1", "l_2", "l_3", "l_4", "h"),
                  _flux_baseline, "(2)-(4)", "adaptive full-order observer of Kubota and Matsuse", False),
+        Observer("baseline_scheduled", scheduled.baseline_scheduled,
+                 ("i_ds_hat", "i_qs_hat", "phi_dr_hat", "phi_qr_hat", "omega_hat"), ("k", "h"),
+                 _flux_baseline, "Kubota 1993", "the baseline with Kubota's gain, scheduled on its own speed", False),
         *(
             Observer(f"luenberger_{name}", rates,
                      ("i_ds_hat", "i_qs_hat", "z_1_hat", "z_2_hat", "omega_hat"), ("k_1", "k_2", "K_p"),

@@ -169,6 +169,21 @@ def _baseline(x: Any, i: Any, u: Any, direction: Any, p: Any, gains: Any) -> Any
     )
 
 
+def _k_times(k: Any, omega_hat: Any, p: Any) -> tuple[Gauss, Gauss]:
+    """The gain that the sum and the product of the poles ask for: k times, and k^2 times, those of the machine's matrix."""
+    R_s, L_m, sigma, beta, alpha = p
+    rotor = Gauss(alpha, -omega_hat)
+    current = R_s / sigma + alpha * beta * L_m
+    own = rotor * current - rotor * (beta * alpha * L_m)  # the determinant of the machine's matrix
+    l_i = (rotor + current) * (k - 1)
+    return l_i, own * (k * k - 1) / (rotor * beta) - l_i / beta
+
+
+def _baseline_scheduled(x: Any, i: Any, u: Any, direction: Any, p: Any, gains: Any) -> Any:
+    l_i, l_phi = _k_times(gains[0], x[4], p)
+    return _baseline(x, i, u, direction, p, (l_i.re, l_i.im, l_phi.re, l_phi.im, gains[1]))
+
+
 def _layer(alpha_hat: Any, alpha_l: Any, delta: Any) -> Any:
     return (alpha_l - alpha_hat) * (alpha_l + alpha_hat) / (delta * (2 * alpha_l - delta))
 
@@ -334,6 +349,8 @@ FORMS: tuple[Form, ...] = (
          lambda x, i, u, p, k, f, s: _known_alpha(x, i, u, p, k, Gauss(*f), s)),
     *(Form("luenberger", f"luenberger_{which}", _SEVEN, _luenberger(which)) for which in _CONVENTIONS),
     Form("baseline", "baseline", (5, 2, 2, 0, 5, 5), _baseline),
+    Form("scheduled", "proportional_gain", (0, 0, 5), _k_times),
+    Form("scheduled", "baseline_scheduled", (5, 2, 2, 0, 5, 2), _baseline_scheduled),
     Form("lyapunov", "corrected_13", (0,) * 15, _corrected_13),
     Form("lyapunov", "with_direction", (0,) * 15, _with_direction),
     Form("lyapunov", "reduced", (0,) * 9, _reduced_v),

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 def column_of(kind: str) -> str:
     """The column of Table II that an observer stands beside; empty for one that the paper does not have."""
-    return {"baseline": "baseline", "repaired": ""}.get(kind, "proposed")
+    return {"baseline": "baseline", "baseline_scheduled": "baseline", "repaired": ""}.get(kind, "proposed")
 
 
 def printed(column: str) -> np.ndarray:

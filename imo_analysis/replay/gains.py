@@ -14,6 +14,10 @@ of noise in the speed. So the bandwidth is taken as high as samples and noise al
 frequency. The z and xi loops are a
 tenth as fast as the current loop (z decays at 0.1 omega, xi at 0.1 alpha); alpha is adapted a thousand times more gently than
 the speed, since one record seldom has the excitation that tells them apart.
+
+The scheduled baseline is the exception: it is unstable while stator frequency over speed lies between 0 and k (R_s/sigma) /
+(gamma + alpha), from some k on for an idle machine too (`imo derive scheduled`). Its k is the geometric mean of that k and
+of 1, no feedback, and its bandwidth is what the poles' sum k (gamma + alpha) allows with the same damping.
 """
 
 from __future__ import annotations
@@ -76,10 +80,14 @@ def default_gains(kind: str, machine: InductionMachine, level: Level, bandwidth:
     k_1 = max(2 * DAMPING * bandwidth - natural_decay, 0.0)
     K_p = (bandwidth / (machine.beta * level.flux)) ** 2
     loop = FLUX_LOOPS * (k_1 + natural_decay)
+    machine_decay = machine.gamma + machine.alpha
+    k = math.sqrt(machine_decay / natural_decay)
+    if kind == "baseline_scheduled":
+        K_p = (min(bandwidth, k * machine_decay / (2 * DAMPING)) / (machine.beta * level.flux)) ** 2
     k_2 = loop / max(abs(level.stator_frequency), 1.0)
     values = {
         "k_1": k_1, "kappa": loop, "k_2": k_2, "k_3": loop, "K_p": K_p, "g": ALPHA_SHARE * K_p,
         "alpha_l": machine.alpha / 2, "delta": machine.alpha / 10, "l_1": k_1, "l_2": 0.0, "l_3": 0.0, "l_4": 0.0, "h": K_p,
-        "eta": FORGETTING, "S_0": EXCITED_SHARE * (machine.beta * level.flux) ** 2,
+        "k": k, "eta": FORGETTING, "S_0": EXCITED_SHARE * (machine.beta * level.flux) ** 2,
     }
     return {name: values[name] for name in OBSERVERS[kind].gains}

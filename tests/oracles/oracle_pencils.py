@@ -79,6 +79,9 @@ def frozen_poles(name: str, p: dict[str, float], gains: dict[str, float], omega:
             rho + gains["l_1"] + 1j * gains["l_2"] + beta * (gains["l_3"] + 1j * gains["l_4"]))
         roots = np.roots([1.0, total, product])
         return np.concatenate([roots, roots.conj()])
+    if name == "baseline_scheduled":
+        machine = np.roots([1.0, rho + alpha * beta * L_m + alpha - 1j * omega, rho * (alpha - 1j * omega)])
+        return gains["k"] * np.concatenate([machine, machine.conj()])
     a = rho + gains["k_1"]
     four = name.startswith("luenberger_")
     kind = name.removeprefix("luenberger_")
