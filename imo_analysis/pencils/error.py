@@ -138,7 +138,7 @@ def arguments(
     needed = [gain for gain in observer.gains if gain in derived.arguments and gain not in changes]
     point = replace(point, **{name: changes[name] for name in ("omega", "slip", "flux") if name in changes})
     omega = np.asarray(point.omega, dtype=float)
-    if not np.all(np.isfinite(omega)):
+    if not (np.isfinite(np.sum(omega)) or np.all(np.isfinite(omega))):  # the sum settles it without an array of truths
         raise InputError(f"omega = {point.omega} must be finite, in rad/s")
     values = machine_parameters(machine, changes)
     if derived.kind == "full":
@@ -152,7 +152,8 @@ def arguments(
     values |= gain_values(derived.observer, gains, needed)
     values |= {name: value for name, value in changes.items() if name in observer.gains}
     values["omega"] = omega
-    values["direction"] = np.where(omega < 0, -1.0, 1.0)
+    if "direction" in derived.arguments:
+        values["direction"] = np.where(omega < 0, -1.0, 1.0)
     if "alpha_l" in derived.arguments and np.any(values["alpha"] <= values["alpha_l"]):
         raise InputError(
             f"alpha_l = {values['alpha_l']} /s must be below alpha = {values['alpha']} /s: at or below it the projection (10) "
