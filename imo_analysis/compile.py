@@ -21,11 +21,14 @@ from typing import Any
 from imo_analysis.errors import InputError
 from imo_analysis.files import replacing
 
-_compiled: dict[types.FunctionType, Any] = {}
+_compiled: dict[tuple[types.FunctionType, bool], Any] = {}
 
 
-def compiled(definition: Callable[..., Any]) -> Any:
+def compiled(definition: Callable[..., Any], fused: bool = False) -> Any:
     """The definition as an inlined numba function; every plain function that it calls likewise.
+
+    ``fused`` lets products be fused into sums. It is always said, one way or the other: left open, numba takes it from
+    whatever happens to call the function first, and the same kernel would differ in its last bits from process to process.
 
     The result's ``py_func.__code__`` is the definition's own code object: nothing is rewritten, only the names of the
     functions that it calls are bound to their compiled forms.
@@ -34,24 +37,26 @@ def compiled(definition: Callable[..., Any]) -> Any:
 
     if not isinstance(definition, types.FunctionType):
         raise TypeError(f"{definition!r} is not a plain function")
-    if definition not in _compiled:
+    key = definition, fused
+    if key not in _compiled:
         names = dict(definition.__globals__)
         for name, called in _callees(definition):
-            names[name] = compiled(called)
+            names[name] = compiled(called, fused)
         clone = types.FunctionType(definition.__code__, names, definition.__name__, definition.__defaults__)
         clone.__module__ = definition.__module__
         clone.__qualname__ = definition.__qualname__
-        _compiled[definition] = numba.njit(forceinline=True, error_model="numpy")(clone)
-    return _compiled[definition]
+        contract = {"contract"} if fused else False
+        _compiled[key] = numba.njit(forceinline=True, error_model="numpy", fastmath=contract)(clone)
+    return _compiled[key]
 
 
-def entry(text: str, functions: dict[str, Callable[..., Any]]) -> Any:
-    """The function ``run`` of generated source text, in which each name of ``functions`` is that function, compiled.
+def entry(text: str, functions: dict[str, Callable[..., Any]], fused: bool = False) -> Any:
+    """The function ``run`` of generated source text, in which each name of ``functions`` is that function, `compiled`.
 
     It is compiled at its first call and kept on disk; where the cache cannot be written it works without, with a warning.
     """
     head = "".join(
-        f"{name} = compiled(import_module({function.__module__!r}).{function.__qualname__})\n"
+        f"{name} = compiled(import_module({function.__module__!r}).{function.__qualname__}, {fused})\n"
         for name, function in functions.items()
     )
     text = (

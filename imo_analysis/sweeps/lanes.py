@@ -97,7 +97,7 @@ class Lanes:
             "watched": tally.watched, "tallied": tally.tallied, "excited": tally.excited,
             **{f"flux_{n}": kind.flux for n, kind in enumerate(self.kinds)},
         }
-        return compiler.entry(self.source, functions)
+        return compiler.entry(self.source, functions, fused=True)
 
     # Values --------------------------------------------------------------------------------------------------------
     def _constants(self, names: tuple[str, ...]) -> tuple[Value, ...]:

@@ -44,6 +44,26 @@ def test_compiled_values_are_the_plain_ones(name):
     np.testing.assert_allclose(fast, plain, rtol=1e-15, atol=0)
 
 
+def weighted(x, y, z):
+    return x * y + z
+
+
+def test_fused_products_stay_where_they_are_wanted():
+    """A caller with fused products compiles the definition first; for all others it stays the definition to the bit."""
+    import numba
+
+    plain = compiler.compiled(weighted)
+
+    @numba.njit(fastmath={"contract"})
+    def caller(x, y, z):
+        return plain(x, y, z)
+
+    numbers = np.random.default_rng(5).normal(size=(500, 3)).tolist()
+    caller(1.0, 2.0, 3.0)
+    assert [plain(*each) for each in numbers] == [weighted(*each) for each in numbers]
+    assert compiler.compiled(weighted, fused=True) is not plain
+
+
 def outer(x):
     return inner(x) + 1.0
 
