@@ -236,16 +236,17 @@ def batch(task: Task, values: dict[str, np.ndarray], jobs: int = 1) -> Summary:
 
 
 @cache
-def _lanes() -> Any:
-    return c_code.load("reference_lanes.c")
+def _lanes(width: int) -> Any:
+    return c_code.load("reference_lanes.c", (*c_code.FLAGS, f"-DW={width}"))
 
 
 @dataclass
 class CLanes:
-    """reference_lanes.c on the same machines."""
+    """reference_lanes.c on the same machines, in blocks of ``width``."""
 
     task: Task
     values: dict[str, np.ndarray]
+    width: int = 16
 
     def __post_init__(self) -> None:
         study, values = self.task.study, self.values
@@ -259,7 +260,7 @@ class CLanes:
         self.g = np.array([values.get(f"observers.{KIND}.gains.{name}", np.full(machines, gains[name]))
                            for name in OBSERVERS[KIND].gains])
         self.d = np.array(drive_parameters(study))
-        self.library = _lanes()
+        self.library = _lanes(self.width)
 
     def __call__(self) -> tuple[np.ndarray, np.ndarray]:
         """States at the end, shape (13, machines), and the four sums."""

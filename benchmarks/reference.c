@@ -25,16 +25,17 @@ static inline void rates(const double *x, double u_d, double u_q, double T_l, do
     double id = x[5], iq = x[6], z1 = x[7], z2 = x[8], xi1 = x[9], xi2 = x[10], a = x[11], wh = x[12];
     double ed = i_d - id, eq = i_q - iq;
     double decay = -o[0] / o[2], coupling = 1.0 + o[3] * o[1], v_d = u_d / o[2], v_q = u_q / o[2];
-    r[5] = decay * id - a * coupling * i_d - wh * iq + a * xi1 + wh * z2 + g[0] * ed + v_d;
-    r[6] = decay * iq - a * coupling * i_q + wh * id + a * xi2 - wh * z1 + g[0] * eq + v_q;
+    double v1d = xi1 - coupling * i_d, v1q = xi2 - coupling * i_q, v2d = z2 - iq, v2q = id - z1;
+    r[5] = decay * id + a * v1d + wh * v2d + g[0] * ed + v_d;
+    r[6] = decay * iq + a * v1q + wh * v2q + g[0] * eq + v_q;
     r[7] = decay * i_d - g[1] * s * eq + v_d;
     r[8] = decay * i_q + g[1] * s * ed + v_q;
     r[9] = decay * i_d + g[2] * ed + v_d;
     r[10] = decay * i_q + g[2] * eq + v_q;
-    double rho = g[3] * (ed * (xi1 - coupling * i_d) + eq * (xi2 - coupling * i_q));
+    double rho = g[3] * (ed * v1d + eq * v1q);
     double layer = (g[5] * g[5] - a * a) / (2.0 * g[6] * g[5] - g[6] * g[6]);
     r[11] = rho + fmax(layer, 0.0) * fmax(-rho, 0.0);
-    r[12] = g[4] * (-iq * ed + id * eq + z2 * ed - z1 * eq);
+    r[12] = g[4] * (ed * v2d + eq * v2q);
 }
 
 /* Inputs are rows of omega_ref, flux_ref, T_l and noise of each current, `stride` numbers apart; out has 17 columns. */

@@ -8,7 +8,9 @@
 
 #include <math.h>
 
-#define W 16
+#ifndef W
+#define W 16 /* the benchmark tries others and takes what is best on the machine at hand */
+#endif
 #define ROW(name, j) ((name)[(j) * machines + first + l])
 
 enum { decay_p, v_p, gamma_p, beta_p, alpha_p, aL, mu_p, acc, friction_p, inv_alpha, inv_L, inv_mu, sigma_p, ba, leak,

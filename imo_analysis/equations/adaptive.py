@@ -3,21 +3,26 @@
 State ``(i_ds_hat, i_qs_hat, z_1_hat, z_2_hat, xi_1_hat, xi_2_hat, alpha_hat, omega_hat)``; ``p`` is ``(R_s, L_m, sigma,
 beta, alpha)``, of which alpha is not used; ``gains`` is ``(k_1, k_2, k_3, g, K_p, alpha_l, delta)``. ``direction`` is the
 Sign(omega) of (11), which Remark III.1 takes as known.
+
+(8), (9) and (11) share two directions, in which errors of alpha_hat and of omega_hat push the currents: `alpha_direction` and
+`speed_direction`. The current rows add them up with alpha_hat and omega_hat, the laws follow the current errors along them.
 """
 
+from imo_analysis.equations.excitation import alpha_direction, speed_direction
 from imo_analysis.equations.feedback import feedback_consistent_12, feedback_printed_7, feedback_printed_L
 from imo_analysis.equations.projection import projection
 
 
 def alpha_signal(i_tilde, i, xi_hat, beta, L_m):
     """The bracket of (9) without g, before the projection."""
-    coupling = 1 + beta * L_m
-    return i_tilde[0] * (xi_hat[0] - coupling * i[0]) + i_tilde[1] * (xi_hat[1] - coupling * i[1])
+    v_1 = alpha_direction(i, xi_hat, beta, L_m)
+    return i_tilde[0] * v_1[0] + i_tilde[1] * v_1[1]
 
 
 def speed_signal(i_tilde, i_hat, z_hat):
     """The bracket of (11), first line, without K_p and Sign."""
-    return -i_hat[1] * i_tilde[0] + i_hat[0] * i_tilde[1] + z_hat[1] * i_tilde[0] - z_hat[0] * i_tilde[1]
+    v_2 = speed_direction(i_hat, z_hat)
+    return i_tilde[0] * v_2[0] + i_tilde[1] * v_2[1]
 
 
 def adaptive(x, i, u, p, gains, z_feedback, law_sign):
@@ -30,11 +35,11 @@ def adaptive(x, i, u, p, gains, z_feedback, law_sign):
     i_ds_tilde = i_ds - i_ds_hat
     i_qs_tilde = i_qs - i_qs_hat
     i_tilde = (i_ds_tilde, i_qs_tilde)
+    v_1 = alpha_direction(i, (xi_1_hat, xi_2_hat), beta, L_m)
+    v_2 = speed_direction((i_ds_hat, i_qs_hat), (z_1_hat, z_2_hat))
     return (
-        -R_s / sigma * i_ds_hat - alpha_hat * (1 + beta * L_m) * i_ds - omega_hat * i_qs_hat + alpha_hat * xi_1_hat
-        + omega_hat * z_2_hat + k_1 * i_ds_tilde + u_ds / sigma,
-        -R_s / sigma * i_qs_hat - alpha_hat * (1 + beta * L_m) * i_qs + omega_hat * i_ds_hat + alpha_hat * xi_2_hat
-        - omega_hat * z_1_hat + k_1 * i_qs_tilde + u_qs / sigma,
+        -R_s / sigma * i_ds_hat + alpha_hat * v_1[0] + omega_hat * v_2[0] + k_1 * i_ds_tilde + u_ds / sigma,
+        -R_s / sigma * i_qs_hat + alpha_hat * v_1[1] + omega_hat * v_2[1] + k_1 * i_qs_tilde + u_qs / sigma,
         -R_s / sigma * i_ds + z_feedback[0] + u_ds / sigma,
         -R_s / sigma * i_qs + z_feedback[1] + u_qs / sigma,
         -R_s / sigma * i_ds + k_3 * i_ds_tilde + u_ds / sigma,

@@ -4,6 +4,7 @@ State ``(i_ds_hat, i_qs_hat, z_1_hat, z_2_hat, omega_hat)``, ``p`` is ``(R_s, L_
 ``(k_1, k_2, K_p)``.
 """
 
+from imo_analysis.equations.excitation import alpha_direction, speed_direction
 from imo_analysis.equations.feedback import feedback_consistent_12, feedback_printed_7, feedback_printed_L
 
 
@@ -16,14 +17,14 @@ def luenberger(x, i, u, p, gains, z_feedback, law_sign):
     k_1, _, K_p = gains
     i_ds_tilde = i_ds - i_ds_hat
     i_qs_tilde = i_qs - i_qs_hat
+    v_1 = alpha_direction(i, (z_1_hat, z_2_hat), beta, L_m)
+    v_2 = speed_direction((i_ds_hat, i_qs_hat), (z_1_hat, z_2_hat))
     return (
-        -R_s / sigma * i_ds_hat - alpha * (1 + beta * L_m) * i_ds - omega_hat * i_qs_hat + alpha * z_1_hat
-        + omega_hat * z_2_hat + k_1 * i_ds_tilde + u_ds / sigma,
-        -R_s / sigma * i_qs_hat - alpha * (1 + beta * L_m) * i_qs + omega_hat * i_ds_hat + alpha * z_2_hat
-        - omega_hat * z_1_hat + k_1 * i_qs_tilde + u_qs / sigma,
+        -R_s / sigma * i_ds_hat + alpha * v_1[0] + omega_hat * v_2[0] + k_1 * i_ds_tilde + u_ds / sigma,
+        -R_s / sigma * i_qs_hat + alpha * v_1[1] + omega_hat * v_2[1] + k_1 * i_qs_tilde + u_qs / sigma,
         -R_s / sigma * i_ds + z_feedback[0] + u_ds / sigma,
         -R_s / sigma * i_qs + z_feedback[1] + u_qs / sigma,
-        K_p * law_sign * (-i_qs_hat * i_ds_tilde + i_ds_hat * i_qs_tilde + z_2_hat * i_ds_tilde - z_1_hat * i_qs_tilde),
+        K_p * law_sign * (i_ds_tilde * v_2[0] + i_qs_tilde * v_2[1]),
     )
 
 

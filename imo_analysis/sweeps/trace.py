@@ -2,8 +2,9 @@
 
 Every value has a level: `CONSTANT` in a run, `HELD` over a sample, or `LIVE`. What is constant is computed once, with numpy,
 for all machines together. A division by something of a lower level becomes a product with its reciprocal, additions of 0 and
-products with 0 and 1 go away, and what occurs twice is computed once. Apart from that the order of operations is the
-definition's: results differ from those of the definition by rounding only.
+products with 0 and 1 go away, signs move outwards until they cancel, ``(x + |x|) / 2`` is the larger of x and 0, and what
+occurs twice is computed once. All but the reciprocal are exact, and the order of operations is the definition's: results
+differ from those of the definition by rounding only.
 """
 
 from __future__ import annotations
@@ -21,6 +22,9 @@ _NUMPY: dict[str, Callable[..., Any]] = {
     "+": np.add, "-": np.subtract, "*": np.multiply, "/": np.divide, "neg": np.negative, "abs": np.abs, "sqrt": np.sqrt,
     "max": np.maximum, "min": np.minimum,
 }
+
+
+_SIGNED = ("+", "-", "*", "/", "abs")
 
 
 class Value:
@@ -88,6 +92,12 @@ class Trace:
         simple = _simplified(op, args, numbers)
         if simple is not None:
             return simple
+        if op == "-" and ("-", *args[::-1]) in self._known:
+            return self.combine("neg", self._known["-", *args[::-1]])
+        if op in _SIGNED and any(map(_is_negative, args)):
+            return self._signs_outside(op, args)
+        if op == "*" and numbers[1] == 0.5 and (part := _positive_part(args[0])) is not None:
+            return self.combine("max", part, 0.0)
         level = max(arg.level for arg in args if isinstance(arg, Value))
         if op == "/":
             below = args[1]
@@ -95,8 +105,23 @@ class Trace:
                 return self.combine("*", args[0], self.combine("/", 1.0, below))
         return self._made(op, tuple(args), level)
 
+    def _signs_outside(self, op: str, args: tuple[Any, ...]) -> Any:
+        """The same value with no sign before an argument. Rounding is symmetric, so that nothing changes."""
+        bare = tuple(arg.args[0] if _is_negative(arg) else arg for arg in args)
+        if op == "abs":
+            return self.combine("abs", *bare)
+        signs = tuple(map(_is_negative, args))
+        if op in "*/":
+            value = self.combine(op, *bare)
+            return value if all(signs) else self.combine("neg", value)
+        plus = signs[0] == (signs[1] != (op == "-"))
+        if plus:
+            value = self.combine("+", *bare)
+            return self.combine("neg", value) if signs[0] else value
+        return self.combine("-", *(bare[::-1] if signs[0] else bare))
+
     def _made(self, op: str, args: tuple[Any, ...], level: int) -> Value:
-        key = (op, *args)
+        key = (op, frozenset(args)) if op in "+*" else (op, *args)
         if key not in self._known:
             self._known[key] = Value(self, op, args, level)
         return self._known[key]
@@ -111,11 +136,29 @@ def _operation(trace: Trace, op: str) -> Callable[..., Any]:
     return lambda *args: trace.combine(op, *args)
 
 
+def _is_negative(value: Any) -> bool:
+    return isinstance(value, Value) and value.op == "neg"
+
+
+def _positive_part(value: Any) -> Any:
+    """x, if the value is ``x + |x|``, which may stand as ``|y| - y`` with y = -x."""
+    if not isinstance(value, Value) or value.op not in ("+", "-"):
+        return None
+    for size, other in (value.args, value.args[::-1]) if value.op == "+" else (value.args,):
+        if isinstance(size, Value) and size.op == "abs" and size.args[0] is other:
+            return other if value.op == "+" else -other
+    return None
+
+
 def _simplified(op: str, args: tuple[Any, ...], numbers: Sequence[float | None]) -> Any:
     if op == "+" and 0.0 in numbers:
         return args[0] if numbers[1] == 0.0 else args[1]
     if op == "-" and numbers[1] == 0.0:
         return args[0]
+    if op == "-" and numbers[0] == 0.0:
+        return -args[1]
+    if op == "neg" and _is_negative(args[0]):
+        return args[0].args[0]
     if op == "*" and 0.0 in numbers:
         return 0.0
     if op in "*/" and numbers[1] == 1.0:

@@ -148,3 +148,22 @@ def test_a_definition_that_branches_is_refused():
         trace.run(lambda value: 1 if value else 2, x)
 
 
+
+
+def test_what_a_trace_leaves_out_changes_no_bit():
+    """Signs that move outwards, the larger of x and 0, and what occurs twice: exact, so numpy's answer is the definition's."""
+    def definition(x, y, a):
+        return (-a * x - y * x, -(-a * x), (0.0 - x) * (y - x) - (x - y), abs(-x) + -y, (x - y + abs(x - y)) / 2,
+                (-x + abs(-x)) / 2, x / -y, -x - -y)
+
+    trace = Trace()
+    names = ("x", "y", "a")
+    inputs = trace.inputs(names, LIVE)
+    results = trace.run(definition, *inputs)
+    lines, _ = statements(results, LIVE, dict(zip(map(id, inputs), names, strict=True)), "t")
+    assert sum("max" in line for line in lines) == 2 and not any("0.5" in line for line in lines)
+    assert len(lines) < 22
+    draws = np.random.default_rng(3).normal(size=(3, 1000))
+    given = dict(zip(names, draws, strict=True))
+    for made, wanted in zip(evaluated(results, given), definition(*draws), strict=True):
+        assert np.array_equal(made, wanted)
