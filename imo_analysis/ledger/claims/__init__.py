@@ -16,4 +16,5 @@ MODULES: tuple[str, ...] = (
     "resting",
     "noise",
     "supervisor",
+    "scheduled",
 )
