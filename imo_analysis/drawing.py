@@ -1,18 +1,21 @@
-"""How every figure of the project looks: size, fonts, colours and line styles that survive grey scale, and stable SVG.
+"""How every figure of the project looks: the house style, lines that survive grey scale, sizes, and stable SVG.
 
-Functions that draw take data and return a `matplotlib.figure.Figure`; they use these helpers and no pyplot state.
+Functions that draw take data and return a `matplotlib.figure.Figure`; they use these helpers and no pyplot state. The settings
+are in `house.mplstyle` beside this file; in a block ``with sized("slide")`` the same functions draw for a slide.
 """
 
 from __future__ import annotations
 
 import functools
 import io
-import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, ParamSpec, TypeVar
+
+from imo_analysis.svg import tidied
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -21,11 +24,12 @@ if TYPE_CHECKING:
 
 P = ParamSpec("P")
 T = TypeVar("T")
+Size = Literal["column", "slide"]
 
 
 @dataclass(frozen=True)
 class Line:
-    """A colour of Okabe and Ito's palette with a line style and a marker of its own, so that no reader needs the colour."""
+    """A colour with a line style and a marker of its own, so that no reader needs the colour."""
 
     color: str
     linestyle: Any
@@ -36,59 +40,45 @@ class Line:
         return {"color": self.color, "linestyle": self.linestyle}
 
 
+_DASHES = ("-", (0, (5, 2)), (0, (6, 1.6, 1, 1.6)), (0, (1, 1.4)), (0, (5, 1, 1, 1, 1, 1)), (0, (10, 3)))
 LINES = (
-    Line("#0072B2", "-", "o"),
-    Line("#D55E00", "--", "s"),
-    Line("#009E73", "-.", "^"),
-    Line("#CC79A7", ":", "D"),
-    Line("#56B4E9", (0, (5, 1, 1, 1, 1, 1)), "v"),
-    Line("#E69F00", (0, (7, 3)), "P"),
+    Line("#0072B2", _DASHES[0], "o"),
+    Line("#D55E00", _DASHES[1], "s"),
+    Line("#00785A", _DASHES[2], "^"),
+    Line("#CF4784", _DASHES[3], "D"),
+    Line("#3D9BD0", _DASHES[4], "v"),
+    Line("#6E2438", _DASHES[5], "P"),
+    # From here on a line style comes back, much darker or lighter.
+    Line("#2B2A6E", _DASHES[3], "X"),
+    Line("#7F9400", _DASHES[5], "<"),
+    Line("#4B1D8F", _DASHES[1], ">"),
+    Line("#5A2A00", _DASHES[0], "p"),
+    Line("#3F4A1A", _DASHES[4], "h"),
+    Line("#3A0F2E", _DASHES[2], "*"),
 )
 TRUTH = Line("#1a1a1a", "-", "x")
-LIMIT = Line("#7a7a7a", (0, (2, 2)), "_")
+LIMIT = Line("#6f6f6f", (0, (2, 2)), "_")
 
-# An observer keeps its colour and line style in every figure.
-_OBSERVER_LINES = {
-    "baseline": LINES[1],
-    "baseline_scheduled": LINES[4],
-    "consistent_12": LINES[0],
-    "repaired": LINES[2],
-    "printed_7": LINES[3],
-    "printed_L": LINES[5],
-    "supervised": LINES[1],
-}
+# A kind of observer keeps its colour and line style in every figure.
+OBSERVER_LINES = dict(zip(
+    ("consistent_12", "baseline", "repaired", "printed_7", "baseline_scheduled", "printed_L", "quiet", "across", "supervised",
+     "luenberger_consistent_12", "luenberger_printed_7", "luenberger_printed_L"), LINES, strict=True))
 
-_RC: Any = {
-    "font.family": ["DejaVu Sans"],
-    "font.size": 9.0,
-    "axes.titlesize": 9.5,
-    "axes.titlelocation": "left",
-    "axes.labelsize": 9.0,
-    "axes.linewidth": 0.7,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "axes.axisbelow": True,
-    "axes.formatter.useoffset": False,
-    "grid.color": "#d9d9d9",
-    "grid.linewidth": 0.5,
-    "lines.linewidth": 1.3,
-    "lines.markersize": 4.5,
-    "legend.fontsize": 8.0,
-    "legend.frameon": True,
-    "legend.framealpha": 0.9,
-    "legend.edgecolor": "#cccccc",
-    "xtick.labelsize": 8.0,
-    "ytick.labelsize": 8.0,
-    "mathtext.fontset": "stix",
-    "svg.hashsalt": "imo_analysis",
-    "svg.fonttype": "path",
-    "path.simplify": True,
-    "path.simplify_threshold": 0.2,
-    "figure.dpi": 100.0,
-    "savefig.facecolor": "white",
-    "figure.facecolor": "white",
-}
+_SHEETS = {"column": ("house.mplstyle",), "slide": ("house.mplstyle", "house-slide.mplstyle")}
+_SLIDE = (10.0, 5.625)  # inches, 16 to 9
+_size: ContextVar[Size] = ContextVar("size", default="column")
+_named: ContextVar[Mapping[str, Line]] = ContextVar("named", default={})
+
+
+@functools.lru_cache(maxsize=2)
+def settings(size: Size = "column") -> Any:
+    """The settings of the house style as matplotlib knows them."""
+    import matplotlib as mpl
+
+    chosen = mpl.RcParams()
+    for sheet in _SHEETS[size]:
+        chosen.update(mpl.rc_params_from_file(Path(__file__).with_name(sheet), use_default_template=False))
+    return chosen
 
 
 @contextmanager
@@ -96,8 +86,18 @@ def style() -> Iterator[None]:
     """The project's settings for the length of a block; the user's own are put back afterwards."""
     import matplotlib as mpl
 
-    with mpl.rc_context(_RC):
+    with mpl.rc_context(settings(_size.get())):
         yield
+
+
+@contextmanager
+def sized(size: Size) -> Iterator[None]:
+    """Figures that are made and written in the block are for a page ``column`` (as anywhere else) or for a ``slide``."""
+    before = _size.set(size)
+    try:
+        yield
+    finally:
+        _size.reset(before)
 
 
 def in_style(draw: Callable[P, T]) -> Callable[P, T]:
@@ -112,13 +112,40 @@ def in_style(draw: Callable[P, T]) -> Callable[P, T]:
 
 
 def line(name_or_number: str | int) -> Line:
-    """The line of an observer by name (also ``luenberger_...``), or of a series by its number."""
+    """The line of an observer by name, or of a series by its number.
+
+    The name is one that `named` gave a line, or that of a kind of observer; of any other it is some line, always the same.
+    """
     if isinstance(name_or_number, int):
         return LINES[name_or_number % len(LINES)]
     if name_or_number in ("true", "plant", "reference"):
         return TRUTH if name_or_number != "reference" else LIMIT
-    known = _OBSERVER_LINES.get(name_or_number.removeprefix("luenberger_"))
+    known = _named.get().get(name_or_number) or OBSERVER_LINES.get(name_or_number)
     return known or LINES[sum(map(ord, name_or_number)) % len(LINES)]
+
+
+@contextmanager
+def named(kinds: Mapping[str, str]) -> Iterator[None]:
+    """Give each observer of a study a line of its own for the length of a block.
+
+    Parameters
+    ----------
+    kinds : mapping of str to str
+        Kind by name. The first of a kind has the kind's line, another the first line that is free.
+    """
+    lines: dict[str, Line] = {}
+    for name, kind in sorted(kinds.items(), key=lambda one: one[0] != one[1]):  # an observer called as its kind goes first
+        wanted = OBSERVER_LINES.get(kind)
+        if wanted is not None and wanted not in lines.values():
+            lines[name] = wanted
+    for name in kinds:
+        if name not in lines:
+            lines[name] = next((one for one in LINES if one not in lines.values()), LINES[len(lines) % len(LINES)])
+    before = _named.set(lines)
+    try:
+        yield
+    finally:
+        _named.reset(before)
 
 
 def new_figure(
@@ -131,7 +158,7 @@ def new_figure(
     rows, columns : int
         Axes.
     width, height : float
-        Size of the whole figure in inches.
+        Size of the whole figure in inches, as of a page column; on a slide it is as large as the slide allows.
     **kwargs
         Passed to ``Figure.subplots``: ``sharex``, ``gridspec_kw``, ...
 
@@ -143,8 +170,9 @@ def new_figure(
     """
     from matplotlib.figure import Figure
 
+    factor = 1.0 if _size.get() == "column" else min(_SLIDE[0] / width, _SLIDE[1] / height)
     with style():
-        figure = Figure(figsize=(width, height), layout="constrained")
+        figure = Figure(figsize=(factor * width, factor * height), layout="constrained")
         return figure, figure.subplots(rows, columns, **kwargs)
 
 
@@ -163,16 +191,7 @@ def svg_text(figure: Figure) -> str:
             engine.execute(figure)
             figure.set_layout_engine("none")
         figure.savefig(buffer, format="svg", dpi=130, metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
-    return _PATH.sub(lambda path: _LONG.sub(_short, path[0]), buffer.getvalue())
-
-
-# A hundredth of a point is finer than any screen or printer, and a third of the file's size.
-_PATH = re.compile(r'\bd="[^"]*"')
-_LONG = re.compile(r"-?\d+\.\d{3,}")
-
-
-def _short(number: re.Match[str]) -> str:
-    return f"{float(number[0]):.2f}".rstrip("0").rstrip(".")
+    return tidied(buffer.getvalue())
 
 
 def rasterized(figure: Figure) -> Figure:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from imo_analysis.report.math import font_face, mathml
+from imo_analysis.svg import inside_page
 
 _ASSETS = Path(__file__).parent / "assets"
 
@@ -86,17 +87,20 @@ def table(head: Sequence[object], rows: Iterable[Sequence[object]], caption: str
     return tag("div", tag("table", title, tag("thead", tag("tr", cells("th", head))), tag("tbody", body)), class_="scroll")
 
 
+_PLACE = "\ue000"  # stands for a figure's number until the page is put together
+
+
 def figure(svg: str, caption: str, alt: str, file: str) -> Html:
-    """A figure inside the page (as data, so that its ids and styles stay its own), with a link to its file if there is one."""
-    # in double quotes an address may hold all but these; the figures' own quotes become single ones
-    data = svg[svg.index("<svg") :].replace("\n", " ").replace("%", "%25").replace("'", "%27").replace('"', "'")
-    data = data.replace("&", "&amp;").replace("#", "%23")
-    size = re.search(r'viewBox="0 0 (\S+) (\S+)"', svg)
-    place = f' width="{float(size[1]):.0f}" height="{float(size[2]):.0f}"' if size else ""
-    said = html.escape(alt, quote=True)
-    image = Html(f'<img alt="{said}" loading="lazy"{place} src="data:image/svg+xml,{data}">')
+    """A figure inside the page, its text as text, with a number, a caption, and a link to its file if there is one."""
+    image = Html(inside_page(svg, f"f{_PLACE}", re.sub(r"[$`\\{}]", "", alt)))
     link = tag("span", " File: ", tag("a", file, href=file), ".") if file else ""
-    return tag("figure", image, tag("figcaption", inline(caption), link))
+    return tag("figure", tag("div", image, class_="plate"), tag("figcaption", tag("b", f"Figure {_PLACE}. "), inline(caption), link))
+
+
+def numbered(body: str) -> str:
+    """The figures of a page counted from one."""
+    pieces = re.split(r"(<figure.*?</figure>)", body, flags=re.DOTALL)
+    return "".join(piece.replace(_PLACE, str((k + 1) // 2)) if k % 2 else piece for k, piece in enumerate(pieces))
 
 
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -135,4 +139,4 @@ def page(title: str, first_screen: Html, chapters: Sequence[Chapter], footer: Ht
         '<script>document.documentElement.className="js"</script>'
     )
     script = f"<script>{asset('page.js')}</script>"
-    return f'<!DOCTYPE html>\n<html lang="en">\n<head>{head}</head>\n<body>\n{body}\n{script}\n</body>\n</html>\n'
+    return f'<!DOCTYPE html>\n<html lang="en">\n<head>{head}</head>\n<body>\n{numbered(body)}\n{script}\n</body>\n</html>\n'
