@@ -67,7 +67,7 @@ OBSERVER_LINES = dict(zip(
 _SHEETS = {"column": ("house.mplstyle",), "slide": ("house.mplstyle", "house-slide.mplstyle")}
 _SLIDE = (10.0, 5.625)  # inches, 16 to 9
 _size: ContextVar[Size] = ContextVar("size", default="column")
-_named: ContextVar[Mapping[str, Line]] = ContextVar("named", default={})
+_named: ContextVar[Mapping[str, Line] | None] = ContextVar("named", default=None)
 
 
 @functools.lru_cache(maxsize=2)
@@ -120,7 +120,7 @@ def line(name_or_number: str | int) -> Line:
         return LINES[name_or_number % len(LINES)]
     if name_or_number in ("true", "plant", "reference"):
         return TRUTH if name_or_number != "reference" else LIMIT
-    known = _named.get().get(name_or_number) or OBSERVER_LINES.get(name_or_number)
+    known = (_named.get() or {}).get(name_or_number) or OBSERVER_LINES.get(name_or_number)
     return known or LINES[sum(map(ord, name_or_number)) % len(LINES)]
 
 

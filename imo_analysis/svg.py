@@ -21,6 +21,7 @@ _ID = re.compile(r' id="([^"]*)"')
 _REFERENCE = re.compile(r'(?:href="#|url\(#)([^")]+)')
 _FORMULA = re.compile(r"<text>\s*((?:<tspan[^>]*>[^<]*</tspan>\s*)+)</text>")
 _SPAN = re.compile(r'<tspan x="([^"]*)" y="([^"]*)" style="([^"]*)">([^<]*)</tspan>')
+_ITALIC = re.compile(r'(<tspan[^>]*style=")font-style: italic; ([^>]*>)([^<]*)')
 
 # A combining mark alone is set differently by every font; the spacing accent, centred, by none.
 _ACCENTS = {"\u0302": "\u02c6", "\u0303": "\u02dc", "\u0307": "\u02d9", "\u0304": "\u00af", "\u0308": "\u00a8"}
@@ -100,8 +101,7 @@ def inside_page(svg: str, name: str, said: str) -> str:
         What a reader hears who cannot see the figure.
     """
     svg = re.sub(r'(id="|href="#|url\(#)', rf"\g<1>{name}-", svg)
-    svg = re.sub(r'(<tspan[^>]*style=")font-style: italic; ([^>]*>)([^<]*)', lambda found: found[1] + found[2] + italic(found[3]),
-                 svg)
+    svg = _ITALIC.sub(lambda found: found[1] + found[2] + italic(found[3]), svg)
     svg = re.sub(r' (?:version|xmlns(?::xlink)?|font-family)="[^"]*"', "", svg.replace("xlink:href", "href"))
     return f'<svg role="img" aria-label="{html.escape(said, quote=True)}"' + svg.removeprefix("<svg")
 

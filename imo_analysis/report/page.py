@@ -94,7 +94,8 @@ def figure(svg: str, caption: str, alt: str, file: str) -> Html:
     """A figure inside the page, its text as text, with a number, a caption, and a link to its file if there is one."""
     image = Html(inside_page(svg, f"f{_PLACE}", re.sub(r"[$`\\{}]", "", alt)))
     link = tag("span", " File: ", tag("a", file, href=file), ".") if file else ""
-    return tag("figure", tag("div", image, class_="plate"), tag("figcaption", tag("b", f"Figure {_PLACE}. "), inline(caption), link))
+    below = tag("figcaption", tag("b", f"Figure {_PLACE}. "), inline(caption), link)
+    return tag("figure", tag("div", image, class_="plate"), below)
 
 
 def numbered(body: str) -> str:
