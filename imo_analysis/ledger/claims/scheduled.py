@@ -293,8 +293,8 @@ CLAIMS: list[Claim] = [
     Claim(
         id="scheduled.characteristic", item=ITEM, title="the characteristic polynomial with the speed law (4)",
         expected=Verdict.HOLDS, setting=adaptive_loop(),
-        prose="To first order, for errors of current, flux and speed: x times the squared size of the frozen polynomial P_k(x + "
-              "j omega_s), and h beta^2 psi^2 times a cubic.",
+        prose="To first order, for errors of current, flux and speed: x times the squared size of the frozen polynomial "
+              "P_k(x + j omega_s), and h beta^2 psi^2 times a cubic.",
         printed=("characteristic = x*(observer_re**2 + observer_im**2)"
                  f" + h*beta**2*psi**2*({_CUBIC})",),
         checks=(
