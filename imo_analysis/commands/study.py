@@ -7,14 +7,15 @@ from pathlib import Path
 
 from imo_analysis.errors import InputError
 
-DESCRIPTION = "Write the paper's study, commented, to start from; or check a study and say what is in it."
+DESCRIPTION = """Write a study to start from, commented, or check a study and say what is in it. Without --machine it is the paper's;
+with a machine file that has a [nameplate], a study of that motor: its rated flux, speed and torque, gains that fit, five runs."""
 EXAMPLE = "imo study --init study.toml\n  imo study --init study.toml --machine motor.toml\n  imo study study.toml"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument("study", nargs="?", metavar="STUDY.toml", help="study to check; the paper's where left out")
-    parser.add_argument("--init", metavar="FILE", help="write the paper's study to FILE")
+    parser.add_argument("--init", metavar="FILE", help="write a study to FILE")
     parser.add_argument("--machine", metavar="FILE", help="with --init: machine file or preset in place of the paper's")
     parser.add_argument("--force", action="store_true", help="let --init overwrite a file")
 
@@ -52,10 +53,16 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _with_machine(name: str) -> str:
-    """The paper's study with another machine written into it; checked with all its scenarios."""
+    """The study of a machine with a name plate, or the paper's with this machine in it; checked with all its scenarios."""
+    from imo_analysis.commands.study_own import own_text, plated
+    from imo_analysis.files import read_toml
     from imo_analysis.machine import PRESETS, InductionMachine
     from imo_analysis.study import Study, paper_text
 
+    if name not in PRESETS and "nameplate" in (data := read_toml(name)):
+        text = own_text(*plated(data, name))
+        Study.from_toml(text, "the study of this motor")
+        return text
     machine = PRESETS[name] if name in PRESETS else InductionMachine.load(name)
     before, rest = paper_text().split("[machine]\n")
     text = f"{before}{machine.to_toml()}\n[simulation]\n{rest.split('[simulation]' + chr(10), 1)[1]}"

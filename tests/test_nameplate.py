@@ -1,0 +1,114 @@
+"""Name plates: the parameters reproduce the plate, checked on the plain plant; and the study that is written from one."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from imo_analysis import cli, nameplate
+from imo_analysis.equations.plant import plant
+from imo_analysis.errors import InputError
+from imo_analysis.machine import InductionMachine
+from imo_analysis.nameplate import Nameplate, machine_of, rated_flux
+from imo_analysis.study import Study
+
+PLATE = {"power": "2.2 kW", "voltage": "400 V", "current": "5 A", "frequency": "50 Hz", "speed": "1430 rpm",
+         "power_factor": 0.8}
+
+
+def steady(machine: InductionMachine, voltage: float, stator_frequency: float, slip: float) -> np.ndarray:
+    """Currents and fluxes at constant voltage on the d axis: the linear part of the plain plant, solved."""
+    omega = stator_frequency - slip
+
+    def rates(x, u):
+        return np.array(plant((*x, omega), u, stator_frequency, 0, machine.plant_parameters)[:4])
+
+    matrix = np.array([rates(unit, (0, 0)) for unit in np.eye(4)]).T
+    return np.linalg.solve(matrix, -rates(np.zeros(4), (voltage, 0)))
+
+
+@pytest.mark.parametrize("starting_current", [None, 4.5])
+def test_the_machine_reproduces_the_plate(starting_current: float | None) -> None:
+    more = {} if starting_current is None else {"starting_current": starting_current}
+    plate = Nameplate.build(PLATE | more)
+    machine = machine_of(plate, {"J": 0.015})
+    i_d, i_q, phi_d, phi_q = steady(machine, plate.phase_voltage, plate.stator_frequency, plate.slip)
+    assert math.hypot(i_d, i_q) == pytest.approx(5 * math.sqrt(2), rel=1e-9)
+    assert i_d / math.hypot(i_d, i_q) == pytest.approx(0.8, rel=1e-9)
+    torque = 1.5 * machine.n_p * machine.L_m / machine.L_r * (phi_d * i_q - phi_q * i_d)
+    assert torque * plate.speed == pytest.approx(2200, rel=1e-9)
+    assert rated_flux(plate, machine) == pytest.approx((math.hypot(phi_d, phi_q), math.hypot(i_d, i_q)), rel=1e-9)
+    if starting_current is not None:
+        form = machine.inverse_gamma()
+        impedance = complex(form["R_s"] + form["R_R"], plate.stator_frequency * form["L_sgm"])
+        assert plate.phase_voltage / abs(impedance) == pytest.approx(4.5 * 5 * math.sqrt(2), rel=1e-9)
+
+
+def test_a_known_machine_comes_back(monkeypatch: pytest.MonkeyPatch) -> None:
+    true = InductionMachine.from_inverse_gamma(n_p=2, R_s=3.7, R_R=2.1, L_sgm=0.021, L_M=0.224, J=0.015)
+    slip, stator_frequency, u = 14.0, 2 * math.pi * 50, 400 * math.sqrt(2 / 3)
+    i_d, i_q, phi_d, phi_q = steady(true, u, stator_frequency, slip)
+    speed = (stator_frequency - slip) / 2
+    plate = Nameplate.build({
+        "voltage": 400, "frequency": 50, "speed": speed, "current": math.hypot(i_d, i_q) / math.sqrt(2),
+        "power_factor": i_d / math.hypot(i_d, i_q), "power": 3 * (phi_d * i_q - phi_q * i_d) * speed})
+    monkeypatch.setattr(nameplate, "TYPICAL_LEAKAGE", 0.021 * stator_frequency * math.hypot(i_d, i_q) / u)
+    assert machine_of(plate, {"J": 0.015}).inverse_gamma() == pytest.approx(true.inverse_gamma(), rel=1e-9)
+
+
+@pytest.mark.parametrize(("changed", "said"), [
+    ({"speed": "1500 rpm"}, "a little .* below the synchronous"),
+    ({"speed": "170 rad/s"}, "a little"),
+    ({"power": "4 kW"}, "over the air gap, more than"),
+    ({"power_factor": 1.2}, "below 1"),
+    ({"voltage": "400 A"}, "wrong unit"),
+    ({"volts": 400}, "not a known key"),
+    ({"current": 0}, "above 0"),
+    ({"starting_current": 40}, "must be below"),
+])
+def test_a_plate_that_cannot_be_is_refused(changed: dict, said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        machine_of(Nameplate.build(PLATE | changed), {"J": 0.015})
+
+
+def test_what_is_missing_is_named() -> None:
+    for name in ("power", "speed"):
+        with pytest.raises(InputError, match=f"{name} is missing"):
+            Nameplate.build({key: value for key, value in PLATE.items() if key != name})
+    with pytest.raises(InputError, match="no plate has the inertia"):
+        machine_of(Nameplate.build(PLATE), {})
+
+
+def _file(folder: Path, machine: str) -> Path:
+    values = {key: f'"{value}"' if isinstance(value, str) else value for key, value in PLATE.items()}
+    path = folder / "motor.toml"
+    plate = "".join(f"{key} = {value}\n" for key, value in values.items())
+    path.write_text(f"[nameplate]\n{plate}[machine]\n{machine}\n")
+    return path
+
+
+def test_the_study_of_a_motor(tmp_path: Path) -> None:
+    motor = _file(tmp_path, 'name = "a"\nJ = 0.015\nR_s = "3.7 ohm"')
+    study = tmp_path / "study.toml"
+    assert cli.main(["study", "--init", str(study), "--machine", str(motor)]) == 0
+    written = Study.load(study)
+    assert written.machine.R_s == 3.7 and written.title == "a"
+    assert list(written.scenarios) == ["speed", "load", "warm", "slow", "closed"]
+    assert max(written.reference.omega) == pytest.approx(2 * 1430 * math.pi / 30, rel=1e-3)
+    assert max(written.scenario("load").load_torque.T_l) == pytest.approx(2200 / (1430 * math.pi / 30), rel=1e-3)
+    assert written.drive.flux < written.drive.voltage_limit / (2 * math.pi * 50)
+    assert written.scenario("closed").drive.feedback in written.observers
+
+
+@pytest.mark.parametrize(("machine", "said"), [
+    ("J = 0.015\nR_r = 2.1", "lacks R_s, L_m"),
+    ("J = 0.015\nR_s = 3.7\nR_r = 2.1\nL_m = 0.22\nL_s = 0.24\nL_r = 0.24\nn_p = 1", "does not fit the plate"),
+    ("R_s = 3.7", "no plate has the inertia"),
+])
+def test_a_motor_file_that_contradicts_itself(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], machine: str, said: str
+) -> None:
+    assert cli.main(["study", "--init", str(tmp_path / "study.toml"), "--machine", str(_file(tmp_path, machine))]) == 2
+    assert said in capsys.readouterr().err
+    assert not (tmp_path / "study.toml").exists()
