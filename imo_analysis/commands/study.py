@@ -7,8 +7,8 @@ from pathlib import Path
 
 from imo_analysis.errors import InputError
 
-DESCRIPTION = """Write a study to start from, commented, or check a study and say what is in it. Without --machine it is the paper's;
-with a machine file that has a [nameplate], a study of that motor: its rated flux, speed and torque, gains that fit, five runs."""
+DESCRIPTION = """Write a study to start from, commented, or check a study and say what is in it. Without --machine it is the
+paper's; with a machine file that has a [nameplate], one of that motor: rated flux, speed and torque, gains that fit."""
 EXAMPLE = "imo study --init study.toml\n  imo study --init study.toml --machine motor.toml\n  imo study study.toml"
 
 
