@@ -31,7 +31,7 @@ def show(words: str, *values: Any) -> None:
     """A sentence and what it is about: typeset in a notebook, plain text in a script."""
     print(words)
     for value in values:
-        if _notebook() and isinstance(value, sympy.Basic):
+        if in_notebook() and isinstance(value, sympy.Basic):
             from IPython.display import Math, display
 
             display(Math(latex(value)))
@@ -53,7 +53,8 @@ def _known(name: str) -> bool:
     return True
 
 
-def _notebook() -> bool:
+def in_notebook() -> bool:
+    """Whether this runs in a notebook, where formulas are typeset and figures shown."""
     try:
         from IPython import get_ipython
     except ImportError:

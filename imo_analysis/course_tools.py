@@ -1,0 +1,146 @@
+"""What the lessons in ``course/`` share: checks, predictions, formulas from the definitions, figures that can be varied.
+
+A lesson is a script, a test and a notebook. As a script it prints and draws nothing; in a notebook formulas are typeset and
+figures shown, with sliders where ipywidgets is installed. ``IMO_STATIC`` in the environment asks for figures without sliders.
+"""
+
+from __future__ import annotations
+
+import inspect
+import os
+from collections.abc import Callable, Iterable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from imo_analysis.derivation_tools import in_notebook
+from imo_analysis.errors import InputError
+from imo_analysis.exercises.exercise import judge
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def check(identifier: str, answer: Any) -> None:
+    """Say whether an answer to an exercise is right; with ``...`` that there is none yet. Never fails a notebook.
+
+    Parameters
+    ----------
+    identifier : str
+        Such as ``"3.2"``.
+    answer : object
+        A number in SI units, text with a unit, a formula as text or sympy expression, a letter, ...: as the exercise asks.
+    """
+    print(judge(identifier, answer).text)
+
+
+def expected(guess: Any, value: float, unit: str = "") -> None:
+    """Lay a prediction beside what came out; without a prediction say what came out and ask for one the next time."""
+    found = f"{value:.4g} {unit}".rstrip()
+    if guess is Ellipsis:
+        print(f"it is {found}; you made no prediction")
+        return
+    try:
+        share = abs(float(guess) - value) / abs(value) if value else abs(float(guess))
+    except (TypeError, ValueError):
+        print(f"it is {found}; you wrote {guess!r}")
+        return
+    words = "well seen" if share <= 0.1 else "the right order" if share <= 1 else "far off: stop and find out why"
+    print(f"it is {found}; you expected {float(guess):.4g} {unit}: {words}")
+
+
+def rows(left: Iterable[str], right: Iterable[Any]) -> None:
+    """Show formulas, ``left = right``, as the definitions give them when they are fed names.
+
+    Parameters
+    ----------
+    left : iterable of str
+        Names; ``i_ds_dot`` is typeset with its dot.
+    right : iterable of Expr
+        What a definition of `imo_analysis.equations` returns for `ledger.expression.names`.
+    """
+    from imo_analysis.ledger.expression import as_expr
+    from imo_analysis.ledger.latex import name_latex, to_latex
+
+    pairs = [(name, as_expr(tree)) for name, tree in zip(left, right, strict=True)]
+    if in_notebook():
+        lines = (rf"{name_latex(name)} &= {to_latex(tree)}" for name, tree in pairs)
+        _display("Math", r"\begin{aligned}" + r" \\[2pt] ".join(lines) + r"\end{aligned}")
+    else:
+        for name, tree in pairs:
+            print(f"    {name} = {tree}")
+
+
+def entry(identifier: str) -> None:
+    """Show an entry of the ledger: what is printed, what is right, and the verdict by two kernels.
+
+    Raises
+    ------
+    InputError
+        If there is no entry of that id.
+    """
+    from imo_analysis.ledger.book import claims, entries
+    from imo_analysis.ledger.show import full
+
+    wanted = [one for one in claims() if one.id == identifier]
+    if not wanted:
+        raise InputError(f"entry {identifier!r} is not in the ledger; imo derive lists them")
+    print(full(entries(("flint", "sympy"), wanted)[0], 100))
+
+
+def picture(figure: Figure) -> None:
+    """Show a figure as SVG in a notebook; a script says only that there is one."""
+    if in_notebook():
+        from imo_analysis.drawing import svg_text
+
+        _display("SVG", svg_text(figure))
+    else:
+        print(f"    (a figure with {len(figure.axes)} axes)")
+
+
+def vary(draw: Callable[..., Figure], **ranges: Sequence[float]) -> Any:
+    """Show a figure whose parameters can be varied.
+
+    Parameters
+    ----------
+    draw : callable
+        Returns a figure. Its defaults are what is shown first.
+    **ranges : (lowest, highest, step)
+        For each parameter that gets a slider. Where ipywidgets is missing, call ``draw`` again with other values.
+
+    Returns
+    -------
+    ipywidgets.interactive or None
+        The sliders, where there are any.
+    """
+    defaults = {name: one.default for name, one in inspect.signature(draw).parameters.items()}
+    for name in ranges:
+        if defaults.get(name, inspect.Parameter.empty) is inspect.Parameter.empty:
+            raise InputError(f"vary: {name!r} must be a parameter of the drawing function with a default")
+    widgets = _widgets()
+    if widgets is None:
+        picture(draw())
+        print("to vary it: " + ", ".join(f"{name} from {low:g} to {high:g}" for name, (low, high, _) in ranges.items()))
+        return None
+    sliders = {
+        name: widgets.FloatSlider(value=defaults[name], min=low, max=high, step=step, description=name, continuous_update=False)
+        for name, (low, high, step) in ranges.items()
+    }
+    shown = widgets.interactive(lambda **values: picture(draw(**values)), **sliders)
+    _display("display", shown)
+    return shown
+
+
+def _widgets() -> Any:
+    """The module ipywidgets where sliders can be shown."""
+    if not in_notebook() or os.environ.get("IMO_STATIC"):
+        return None
+    try:
+        import ipywidgets
+    except ImportError:
+        return None
+    return ipywidgets
+
+
+def _display(kind: str, value: Any) -> None:
+    from IPython import display
+
+    display.display(value if kind == "display" else getattr(display, kind)(value))
