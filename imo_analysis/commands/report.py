@@ -19,6 +19,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("study", nargs="?", help="study file (TOML); the paper's own study when left out")
     parser.add_argument("--out", default="imo-report", metavar="DIR", help="folder to write to (default: imo-report)")
     parser.add_argument("--small", action="store_true", help="leave out runs and pole sweep (20 MB) and the figures' own files")
+    parser.add_argument("--markdown", action="store_true", help="the same as Markdown, too: index.md, with its figures")
+    parser.add_argument("--pdf", action="store_true", help="the same as PDF, too: index.pdf; needs a browser")
     parser.add_argument("--quiet", action="store_true", help="no lines of progress")
 
 
@@ -41,7 +43,7 @@ def run(args: argparse.Namespace) -> int:
         if not args.quiet:
             print(f"[{time.perf_counter() - start:5.1f} s] {text}", file=sys.stderr, flush=True)
 
-    written = write_dossier(study, args.out, note, args.small)
+    written = write_dossier(study, args.out, note, args.small, args.markdown, args.pdf)
     figures = sum(name.endswith(".svg") for name, _ in written.files)
     verdicts = ", ".join(f"{number} {word}" for word, number in counts(written.entries).items())
     others = len(written.files) - 1
@@ -49,6 +51,8 @@ def run(args: argparse.Namespace) -> int:
     say(args, f"Ledger: {len(written.entries)} entries: {verdicts}.")
     for line in written.found[:3]:
         say(args, line.replace("`", ""))
+    if written.no_pdf:
+        print(f"imo: {written.no_pdf}", file=sys.stderr)
     for fault in written.faults:
         print(f"imo: {fault}", file=sys.stderr)
     emit_json(args, "imo-report/1", summary(written))

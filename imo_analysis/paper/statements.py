@@ -18,6 +18,8 @@ class Figure:
 
 # The figures themselves are lost in the scan, and so is the caption of Fig. 1, whose steps the text gives.
 FIGURES: tuple[Figure, ...] = (Figure(1, (50, 100), False), Figure(2, (20, 40), False), Figure(3, (40, 100), True))
+# Section V: where alpha_hat starts and ends in the last run, in 1/s, and that run's figure.
+ALPHA_START, ALPHA_FINAL, ALPHA_FIGURE = 6.6, 10.5, 4
 COMPARED_IN = (2, 3)  # the figures that the text names for the comparison with unbiased parameters
 
 STATEMENTS: tuple[Item, ...] = (

@@ -11,10 +11,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from imo_analysis.drawing import named
 from imo_analysis.errors import InputError
 from imo_analysis.excitation.conditions import CONDITIONS
 from imo_analysis.files import folder as checked_folder
 from imo_analysis.ledger.claim import Entry
+from imo_analysis.report.pencils import observers_of
 from imo_analysis.report.scenarios import OFF, ExcitationResult, Scenario, main_scenario
 from imo_analysis.study import Study
 
@@ -33,6 +35,8 @@ class Written:
         The findings of the first screen, a sentence each.
     faults : list of str
         What diverged, by scenario; and errors of the ledger.
+    no_pdf : str
+        Why there is no PDF where one was asked for.
     """
 
     folder: Path
@@ -40,9 +44,13 @@ class Written:
     entries: list[Entry]
     found: list[str]
     faults: list[str]
+    no_pdf: str = ""
 
 
-def write_dossier(study: Study, out: str | Path, note: Callable[[str], None], small: bool = False) -> Written:
+def write_dossier(
+    study: Study, out: str | Path, note: Callable[[str], None], small: bool = False, with_markdown: bool = False,
+    with_pdf: bool = False,
+) -> Written:
     """Compute and write the whole dossier.
 
     Parameters
@@ -54,6 +62,8 @@ def write_dossier(study: Study, out: str | Path, note: Callable[[str], None], sm
         Told what is being done, a line each.
     small : bool
         Leave out what is beside the page in bulk: runs and pole sweep as NetCDF and CSV, and the figures as files.
+    with_markdown, with_pdf : bool
+        Write the page as ``index.md`` with its figures, and print it to ``index.pdf`` if a browser is found.
 
     Raises
     ------
@@ -71,15 +81,36 @@ def write_dossier(study: Study, out: str | Path, note: Callable[[str], None], sm
     except OSError:
         work = Path(tempfile.mkdtemp(prefix=".unfinished.", dir=out))
     try:
-        for name in () if small else ("figures", "runs"):
-            (work / name).mkdir()
-        written = _compute(study, work, note, not small)
+        for name, wanted in (("figures", with_markdown or not small), ("runs", not small)):
+            if wanted:
+                (work / name).mkdir()
+        with named({name: kind for name, (kind, _) in observers_of(study)[1].items()}):
+            written = _compute(study, work, note, not small)
+        no_pdf = _copies(work, written[0], note, with_markdown, with_pdf)
         _move(work, out)
     except OSError as error:
         raise InputError(f"cannot write {out}: {error.strerror or error}; choose another place with --out") from None
     finally:
         shutil.rmtree(work, ignore_errors=True)
-    return Written(out, *written)
+    return Written(out, *written, no_pdf)
+
+
+def _copies(work: Path, files: list[tuple[str, str]], note: Callable[[str], None], with_markdown: bool, with_pdf: bool) -> str:
+    """The page as Markdown and as PDF; says why there is no PDF where one was asked for."""
+    from imo_analysis.report.markdown import markdown
+    from imo_analysis.report.pdf import print_page
+
+    if with_markdown:
+        note("writing it as Markdown")
+        (work / "index.md").write_text(markdown((work / "index.html").read_text(encoding="utf-8")), encoding="utf-8")
+        files.append(("index.md", "this page as Markdown"))
+    if not with_pdf:
+        return ""
+    note("printing it")
+    missing = print_page(work / "index.html", work / "index.pdf")
+    if not missing:
+        files.append(("index.pdf", "this page as PDF"))
+    return missing
 
 
 def _move(work: Path, out: Path) -> None:
@@ -144,7 +175,7 @@ def _compute(
     chapters = [
         ledger_chapter(entries, proved), notation_chapter(), machine_chapter(study.machine), theorem_chapter(entries, *grown),
         pencils_chapter(poles, proved, papers), simulations_chapter(study, scenarios, lost), drive_chapter(real),
-        excitation_chapter(judged, scenarios, possible, cured, moved), reproduce_chapter(study, files),
+        excitation_chapter(judged, scenarios, possible, cured, moved, papers), reproduce_chapter(study, files),
     ]
     title = f"imo report: {study.title}"
     footer = Html("Made by <code>imo report</code>. Formulas are set in a subset of STIX Math (SIL Open Font License 1.1).")

@@ -70,9 +70,9 @@ def _convert(latex: str, display: bool) -> str:
                 side = "left" if column % 2 else "right"
                 cell.set("style", f"text-align: {side}; padding-{side}: 0.1em")
     root.attrib.pop("display", None)
+    root.set("alttext", latex)  # what a copy of the page without MathML needs
     if display:
         root.set("displaystyle", "true")
-        root.set("alttext", latex)
     # HTML knows the element without its namespace, and a page has thousands of them
     return ET.tostring(root, encoding="unicode", short_empty_elements=False).replace(f' xmlns="{_SPACE}"', "")
 

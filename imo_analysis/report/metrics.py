@@ -11,6 +11,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+BAND = 0.02  # of the change of speed in a window: within it an error counts as settled
+
+
 @dataclass(frozen=True)
 class StepResponse:
     """How one observer's speed estimate follows in a window.
@@ -25,7 +28,7 @@ class StepResponse:
     settled : float
         Time in s from the start of the window after which the error stays within ``band``; NaN if it never does.
     band : float
-        2 % of the change of the true speed in the window, in rad/s.
+        `BAND` of the change of the true speed in the window, in rad/s.
     """
 
     observer: str
@@ -39,7 +42,7 @@ def step_responses(run: xr.Dataset, window: tuple[float, float]) -> list[StepRes
     """The response of every observer of a run in a window (first and last time, s)."""
     part = run.sel(time=slice(*window))
     time, omega = part["time"].values, part["omega"].values
-    band = 0.02 * float(np.ptp(omega))
+    band = BAND * float(np.ptp(omega))
     results = []
     for name in part["observer"].values:
         error = np.abs(omega - part["omega_hat"].sel(observer=name).values)

@@ -73,13 +73,14 @@ class Scenario:
 
 @dataclass(frozen=True)
 class Divergence:
-    """An observer run on its own to see whether it stays finite."""
+    """What became of an observer: ``diverged`` when it overflowed, at ``time`` (s); ``off`` when it ends off the speed."""
 
     observer: str
     source: str
     diverged: bool
     time: float
     outcome: str
+    off: bool = False
 
 
 def main_scenario(scenarios: Sequence[Scenario]) -> Scenario:
@@ -258,4 +259,7 @@ def _outcome(run: xr.Dataset, name: str, source: str) -> Divergence:
         over = float(time[finite.argmin()])
         return Divergence(name, source, True, over, f"loses the speed for good at {after}: from then on more than "
                           f"{100 * OFF:g} % off. The integration with its fixed step overflows at {over:.3f} s")
-    return Divergence(name, source, False, math.nan, f"stays; its speed error is {error[-1]:.2g} rad/s after {time[-1]:.3g} s")
+    off = bool(error[-1] > OFF * max(abs(omega[-1]), 1.0))
+    stays = "stays finite and ends off the speed" if off else "stays"
+    outcome = f"{stays}; its speed error is {error[-1]:.2g} rad/s after {time[-1]:.3g} s"
+    return Divergence(name, source, False, math.nan, outcome, off)

@@ -7,6 +7,10 @@ function open(){
   if(e&&e.tagName==="DETAILS"){e.hidden=false;e.open=true;e.scrollIntoView();}
 }
 addEventListener("hashchange",open); open();
+// On paper everything is open.
+var closed=[];
+addEventListener("beforeprint",function(){closed=all("details:not([open])");closed.forEach(function(e){e.open=true;});});
+addEventListener("afterprint",function(){closed.forEach(function(e){e.open=false;});closed=[];});
 // Choosing entries by verdict and by word.
 var tools=document.getElementById("ledger-tools");
 if(tools){

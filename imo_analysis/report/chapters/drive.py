@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 BREAKS = 10.0  # rad/s of error that a feature adds to an observer for it to be named
 LEAST = 1e-3  # rad/s, below which an error is not written out
+NEAR = 0.1  # of the largest stator frequency: what is called near zero
+FAR_LESS = 5.0  # times smaller: by far less
 
 
 def drive_chapter(result: DriveResult) -> Chapter:
@@ -75,7 +77,7 @@ def _switching(data: xr.Dataset, observers: list[str], with_dead_time: NDArray[n
     if "switching" not in data["feature"].values:
         return ""
     alone = np.abs(data["speed_error"].sel(feature="switching", observer=observers).values)
-    less = np.nan_to_num(alone, nan=np.inf).max() < np.nan_to_num(with_dead_time, nan=np.inf).max() / 5
+    less = np.nan_to_num(alone, nan=np.inf).max() < np.nan_to_num(with_dead_time, nan=np.inf).max() / FAR_LESS
     return "Switching without dead time does far less.\n" if less else ""
 
 
@@ -136,6 +138,8 @@ def _map(result: DriveResult) -> list[Html]:
     for name in plane["observer"].values:
         share = float(plane["holds"].sel(observer=name).mean())
         lines.append(f"`{name}` holds at {100 * share:.0f} % of the points. {_where(plane, name)}")
+    wedge = any(_lost_near_and_far(plane, name)[0] > FAR_LESS * _lost_near_and_far(plane, name)[1]
+                for name in plane["observer"].values)
     return [head, prose(
         rf"""
 At every point the drive starts from standstill, goes to the speed, is loaded, and holds both, on nothing but the estimates of
@@ -146,8 +150,15 @@ within {plane.attrs["band"]:g} rad/s of what was wanted.
         r"""
 The stator frequency is speed plus slip, and the slip has the sign of the torque: braking, it passes zero at a speed that is not
 zero. There a rotor flux of constant magnitude stands still, the currents say nothing about the speed, and a small error of the
-stator resistance decides. That makes a wedge of the plane, around the dashed line, in which holding is luck.
-""")]
+stator resistance decides.
+""" + ("That makes a wedge of the plane, around the dashed line, in which holding is luck." if wedge else ""))]
+
+
+def _lost_near_and_far(plane: xr.Dataset, name: object) -> tuple[float, float]:
+    """Share of the points that are lost near zero stator frequency, and elsewhere."""
+    lost = 1.0 - plane.sel(observer=name)["holds"].values
+    near = np.abs(plane["stator_frequency"].values) <= NEAR * np.abs(plane["stator_frequency"].values).max()
+    return (float(lost[near].mean()) if near.any() else 0.0, float(lost[~near].mean()) if (~near).any() else 0.0)
 
 
 def _where(plane: xr.Dataset, name: object) -> str:
@@ -155,10 +166,10 @@ def _where(plane: xr.Dataset, name: object) -> str:
     one = plane.sel(observer=name)
     lost = 1 - one["holds"].values
     frequency = plane["stator_frequency"].values
-    near = np.abs(frequency) <= np.abs(frequency).max() / 10
+    near = np.abs(frequency) <= NEAR * np.abs(frequency).max()
     braking = plane["T_l"].values[:, None] * plane["omega"].values[None, :] < 0
     if not lost.any():
         return "It is lost nowhere."
-    return (f"It is lost at {lost[near].sum()} of the {near.sum()} points within a tenth of the largest stator frequency "
-            f"around zero ({lost[near & braking].sum()} of them braking), and at {lost[~near].sum()} of the other "
+    return (f"It is lost at {lost[near].sum()} of the {near.sum()} points within {100 * NEAR:g} % of the largest stator "
+            f"frequency around zero ({lost[near & braking].sum()} of them braking), and at {lost[~near].sum()} of the other "
             f"{(~near).sum()}.")

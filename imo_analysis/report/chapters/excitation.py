@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from imo_analysis.excitation.conditions import CONDITIONS
 from imo_analysis.excitation.variations import Variation
+from imo_analysis.paper.statements import ALPHA_FIGURE, ALPHA_FINAL
 from imo_analysis.report.duty import EDGE, Duty
 from imo_analysis.report.identifiability import Identifiability, RankRow
 from imo_analysis.report.modulation import Modulation
@@ -16,7 +17,7 @@ from imo_analysis.report.words import typeset
 
 def excitation_chapter(
     results: Sequence[ExcitationResult], scenarios: Sequence[Scenario], possible: Identifiability, cured: Modulation | None,
-    varied: Sequence[Variation] = (),
+    varied: Sequence[Variation] = (), papers: bool = False,
 ) -> Chapter:
     """Verdicts along the runs and lost directions; where alpha_hat ends; what is possible at all; the modulation that cures."""
     body = join(
@@ -35,7 +36,7 @@ threshold. The scaling and the threshold stand with each result.
             ),
             _overview(results),
             *(_result(result) for result in results),
-            *_drift(scenarios),
+            *_drift(scenarios, papers),
             *_varied(varied),
             *_possible(possible),
             *_cure(cured),
@@ -44,7 +45,7 @@ threshold. The scaling and the threshold stand with each result.
     return Chapter("excitation", "Excitation", "Excitation and identifiability", body)
 
 
-def _drift(scenarios: Sequence[Scenario]) -> list[Html]:
+def _drift(scenarios: Sequence[Scenario], papers: bool) -> list[Html]:
     explained = [scenario for scenario in scenarios if scenario.drift]
     if not explained:
         return []
@@ -60,8 +61,8 @@ def _drift(scenarios: Sequence[Scenario]) -> list[Html]:
         prose(
             r"""
 On a family of states all measured errors vanish although alpha and speed are wrong. While the flux builds up, its magnitude
-moves, alpha is identifiable, and $\hat{\alpha}$ comes near the truth. From then on the flux is constant, and $\hat{\alpha}$ can
-only slide along the family, in step with the speed estimate: $d\hat{\alpha} = \frac{g}{K_p} \frac{\omega_{sl}}{\alpha}
+moves, and alpha is identifiable for so long. From then on the flux is constant, and $\hat{\alpha}$ can only slide along the
+family, in step with the speed estimate: $d\hat{\alpha} = \frac{g}{K_p} \frac{\omega_{sl}}{\alpha}
 d\hat{\omega}$. Slip is torque, so without load every change of speed, up or down, raises it by
 """
         ),
@@ -69,8 +70,8 @@ d\hat{\omega}$. Slip is torque, so without load every change of speed, up or dow
         prose(
             r"""
 with $\psi$ the flux. That number follows from the study before anything is simulated (current limit, speed loop, inertia,
-gains), and again from the motion of the machine without a look at the observer. The paper reads 10.5 off its Fig. 4.
-"""
+gains), and again from the motion of the machine without a look at the observer.
+""" + (f" The paper reads {ALPHA_FINAL:g} off its Fig. {ALPHA_FIGURE}." if papers else "")
         ),
         table(head, rows, r"$\hat{\alpha}$ after each step, in 1/s", (3, 4, 5)),
         *([figure(drawn.svg, drawn.caption, drawn.caption, drawn.file)] if drawn else []),
@@ -95,9 +96,8 @@ def _possible(possible: Identifiability) -> list[Html]:
             r"""
 Whatever the observer: the measured currents of (1) tell the unknowns apart near a motion when a matrix of derivatives along
 that motion has full rank. The ranks below are computed in exact arithmetic on random rational motions of each kind (a full rank
-is proved by it; a deficit holds but for an unlucky draw). Speed and alpha together are lost in every steady state: only a flux
-magnitude that changes, or a slip that does, separates them.
-"""
+is proved by it; a deficit holds but for an unlucky draw).
+""" + _steady(possible.constant_speed)
         ),
         _ranks(possible.constant_speed, "Speed a constant parameter, as in the paper"),
         tag("details", tag("summary", "With the speed row of (1), and the load torque as an unknown"),
@@ -113,6 +113,19 @@ Electron. 60(8), 2013); the line of zero stator frequency in the maps is compute
 """
         ),
     ]
+
+
+def _steady(rows: Sequence[RankRow]) -> str:
+    """What the ranks say of speed and alpha together: on which motions they are told apart, if in no steady state."""
+    both = next((row for row in rows if set(row.unknown) == {"alpha", "omega"}), None)
+    if both is None:
+        return ""
+    apart = [name for name, rank in both.ranks.items() if rank == both.needed]
+    steady = [name for name in both.ranks if name.startswith("steady")]
+    if not steady or set(steady) & set(apart):
+        return ""
+    return ("Speed and alpha together are lost in every steady state; they are told apart on: "
+            f"{', '.join(apart) or 'no motion'}.")
 
 
 def _cure(cured: Modulation | None) -> list[Html]:
@@ -174,8 +187,8 @@ def _duty(duty: Duty | None) -> list[Html]:
         tag("h3", "An adaptation that rests when excitation is lost"),
         prose(
             r"""
-Noise on the measured current pulls the alpha of (9) down by $2 g (1 + \beta L_m)$ times its variance, and with nothing to pull
-it back it ends at its lower bound. `supervised` adapts alpha along what the speed cannot explain, and only while a running Gram
+Noise on the measured current pulls the alpha of (9) down by $2 g (1 + \beta L_m)$ times its variance, until something pulls it
+back or its lower bound stops it. `supervised` adapts alpha along what the speed cannot explain, and only while a running Gram
 matrix of the regressors holds more of it than noise does: $S^4 / (S^4 + S_0^4)$ scales the law. Its proof is the ledger's
 `supervisor.decay`: with the gate open that of the observer without supervisor; with the gate closed V still falls wherever the
 regressor across is zero, and alpha stands still.

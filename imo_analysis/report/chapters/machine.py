@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from imo_analysis.machine import PRESETS, InductionMachine
 from imo_analysis.notation import symbol
+from imo_analysis.paper.statements import ALPHA_START
 from imo_analysis.report.page import Chapter, Html, answer, join, prose, table, tag
 from imo_analysis.report.paper_machine import is_paper
 from imo_analysis.report.words import typeset, unit
@@ -74,10 +75,10 @@ which is {printed.alpha / plain.alpha:.4f} times as much. Both cannot be right.
 """
         ),
         answer(
-            f"The text starts the estimate at 6.6 and takes {printed.alpha:.4f} as the true value: the simulated motor is "
-            f"the table's motor with its rotor resistance raised by half ($R_r = {printed.R_r:.3f}\\;\\Omega$), and the "
-            "observers begin with the table's own value. Both readings are kept, as the presets `table-iii` and "
-            "`table-iii-printed-alpha`."
+            f"The text starts the estimate at {ALPHA_START:g} and takes {printed.alpha:.4f} as the true value: the simulated "
+            f"motor is the table's motor with its rotor resistance raised by {100 * (printed.R_r / plain.R_r - 1):.3g} % "
+            f"($R_r = {printed.R_r:.3f}\\;\\Omega$), and the observers begin with the table's own value. Both readings are "
+            "kept, as the presets `table-iii` and `table-iii-printed-alpha`."
         ),
     ]
 

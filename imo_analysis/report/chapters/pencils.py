@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from imo_analysis.drawing import line
+from imo_analysis.pencils.table2_fit import PRINTED
 from imo_analysis.report.page import Chapter, Html, answer, figure, formula, join, number, prose, table, tag
 from imo_analysis.report.pencils import PoleResult, moving
 from imo_analysis.report.words import typeset, unit
@@ -31,9 +32,7 @@ def pencils_chapter(poles: PoleResult, proofs: dict[str, Any], papers: bool) -> 
                 r"""
 At a fixed $\hat{\omega}$ (and $\hat{\alpha}$) the errors of an observer obey a linear differential equation. Its matrix is
 found here by differentiating the definitions of plant and observer, not typed in; Table II claims to list its eigenvalues.
-The adaptive observers have two more, at zero at every speed: the direction
-$\alpha \tilde{\xi} = \mathrm{j} \omega \tilde{z}$ in which nothing moves, which the table leaves out.
-"""
+""" + _neutral(poles)
             ),
             *(figure(drawn.svg, drawn.caption, drawn.caption, drawn.file) for drawn in poles.figures),
             _unstable(poles),
@@ -97,9 +96,8 @@ def _explanation(proofs: dict[str, Any]) -> list[Html]:
     return [
         prose(
             r"""
-Every printed pair of eigenvalues sums to one constant plus $\mathrm{j}\hat{\omega}$. One complex quadratic gives all 24
-numbers to the last printed digit, and the two columns differ in one factor only:
-"""
+Every printed pair of eigenvalues sums to one constant plus $\mathrm{j}\hat{\omega}$. One complex quadratic gives all """
+            + f"{_printed_numbers()} numbers to the last printed digit, and the two columns differ in one factor only:"
         ),
         formula(r"s^{2} + (a - \mathrm{j}\hat{\omega})\, s + b - \mathrm{j} c\, \hat{\omega} + d\, \hat{\omega}^{2} = 0 \quad "
                 r"\text{(proposed)}, \qquad s^{2} + (a - \mathrm{j}\hat{\omega})\, s + b - \mathrm{j} c\, \hat{\omega} + "
@@ -122,6 +120,24 @@ def _tidy(text: str) -> str:
 
 def _by_speed(printed: list[list[float]]) -> Html:
     return join((f"{omega:g} rad/s: {number(low, 5)} to {number(high, 5)}" for omega, low, high in printed), "; ")
+
+
+def _printed_numbers() -> int:
+    """How many numbers Table II has: two for each eigenvalue."""
+    return sum(2 * len(pair) for column in PRINTED.values() for pair in column.values())
+
+
+def _neutral(poles: PoleResult) -> str:
+    """Which observers have poles at zero at every speed, with the direction in which nothing moves."""
+    still = {str(name): int((~moving(poles.sweep.sel(observer=name))).sum()) for name in poles.sweep["observer"].values}
+    with_some = [f"`{name}`" for name, count in still.items() if count]
+    if not with_some:
+        return ""
+    counts = {count for count in still.values() if count}
+    number_of = f"{counts.pop()} more" if len(counts) == 1 else "more"
+    have = "has" if len(with_some) == 1 else "have"
+    return (f"Of these observers {', '.join(with_some)} {have} {number_of}, at zero at every speed: in the direction "
+            r"$\alpha \tilde{\xi} = \mathrm{j} \omega \tilde{z}$ nothing moves. The table leaves them out.")
 
 
 def _slider(poles: PoleResult) -> Html:

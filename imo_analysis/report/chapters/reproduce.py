@@ -31,7 +31,7 @@ imo report study.toml --out imo-report      # this dossier
 imo derive                                  # the ledger as a table
 imo derive eq12                             # one entry, with its evidence
 imo poles --omega {",".join(f"{omega:g}" for omega in study.poles.omega)}
-imo simulate study.toml --scenario fig4 --out run.nc
+{_simulate(study)}
 imo excite run.nc"""
     body = join(
         [
@@ -46,3 +46,11 @@ imo excite run.nc"""
         ]
     )
     return Chapter("reproduce", "Reproduce", "How to reproduce this", body)
+
+
+def _simulate(study: Study) -> str:
+    """The command for a run that the study has."""
+    from imo_analysis.report.scenarios import scenario_names
+
+    name = scenario_names(study)[-1]
+    return f"imo simulate study.toml{f' --scenario {name}' if name else ''} --out run.nc"

@@ -7,11 +7,15 @@ from collections.abc import Sequence
 
 from imo_analysis.equations.catalogue import OBSERVERS
 from imo_analysis.notation import symbol
-from imo_analysis.report.metrics import Resting
+from imo_analysis.report.figure_claims import figure_claims
+from imo_analysis.report.metrics import BAND, Resting
 from imo_analysis.report.page import Chapter, Html, answer, figure, inline, join, number, prose, table, tag
+from imo_analysis.report.paper_machine import is_paper
 from imo_analysis.report.scenarios import Divergence, Scenario, not_drawn
 from imo_analysis.report.words import typeset
 from imo_analysis.study import Study
+
+Z_FEEDBACKS = ("printed_7", "printed_L", "consistent_12")  # kinds that differ in nothing else
 
 
 def simulations_chapter(study: Study, scenarios: Sequence[Scenario], divergences: Sequence[Divergence]) -> Chapter:
@@ -33,8 +37,9 @@ command under it. Speeds are electrical.
 """
             ),
             table(("name", "what it is", "printed in", "gains (SI units)"), observers, "Observers of the study"),
+            *(_claims(scenarios, study) if is_paper(study.machine) else ()),
             *(_scenario(scenario) for scenario in scenarios),
-            *_divergences(divergences),
+            *_divergences(study, divergences),
             *_others(not_drawn(study)),
         ]
     )
@@ -54,7 +59,7 @@ def _scenario(scenario: Scenario) -> Html:
             for one in window.responses
         ]
         head = ("observer", "largest speed error (rad/s)", "rms speed error (rad/s)",
-                "error within 2 % of the change of speed for good, from the start of the window (ms)")
+                f"error within {100 * BAND:g} % of the change of speed for good, from the start of the window (ms)")
         parts.append(table(head, rows, f"{window.title}: {window.start:g} to {window.stop:g} s", (1, 2, 3)))
     parts.append(_resting(scenario.resting))
     parts.append(tag("p", tag("code", scenario.command), class_="note"))
@@ -84,7 +89,27 @@ def _others(names: Sequence[str]) -> list[object]:
                 Html("."), class_="note")]
 
 
-def _divergences(divergences: Sequence[Divergence]) -> list[object]:
+def _claims(scenarios: Sequence[Scenario], study: Study) -> list[object]:
+    """What the paper says of its figures beside what the same runs give here."""
+    compared = figure_claims(scenarios, study)
+    if not compared:
+        return []
+    rows = [(f"Fig. {one.figure}", typeset(one.says), typeset(one.here), one.verdict) for one in compared]
+    return [tag("h3", "What the paper says of its figures"),
+            table(("figure", "the paper says", "here", ""), rows,
+                  "Beside the same runs with this study's gains, which the paper does not print")]
+
+
+def _same_terms(study: Study) -> str:
+    """Whether the observers of the scenario ``divergence`` have the same gains, in a sentence."""
+    chosen = study.scenario("divergence")
+    printed = [one for name, one in chosen.observers.items() if one.kind in Z_FEEDBACKS]
+    first = printed[0] if printed else None
+    same = first is not None and all(one.gains == first.gains for one in printed)
+    return "the same gains and on the same measurements" if same else "the gains of its own and on the same measurements"
+
+
+def _divergences(study: Study, divergences: Sequence[Divergence]) -> list[object]:
     if not divergences:
         return []
     parts: list[object] = [
@@ -92,8 +117,7 @@ def _divergences(divergences: Sequence[Divergence]) -> list[object]:
         prose(
             r"""
 The paper prints the feedback of the z loop in three ways: in (7) and the expanded (8), in the matrix $L(\hat{\omega})$, and in
-the error dynamics (12). Each is run here with the same gains and on the same measurements.
-"""
+the error dynamics (12). """ + f"Those that the study has are run here with {_same_terms(study)}."
         ),
     ]
     rows = [(one.observer, one.source, one.outcome) for one in divergences]
@@ -102,5 +126,15 @@ the error dynamics (12). Each is run here with the same gains and on the same me
     if lost:
         parts.append(answer(
             f"Lost: {', '.join(f'`{name}`' for name in lost)}. What the observer does is to lose the speed and not to find it "
-            "again; the overflow later is that of the integrator at this step, and says nothing more. The others stay."))
+            "again; the overflow later is that of the integrator at this step, and says nothing more." + _stay(divergences)))
     return parts
+
+
+def _stay(divergences: Sequence[Divergence]) -> str:
+    """Of the observers that do not overflow, those that have the speed at the end, and those that do not."""
+    rest = [one for one in divergences if not one.diverged]
+    right, wrong = ([f"`{one.observer}`" for one in rest if one.off is off] for off in (False, True))
+    parts = ([f"{', '.join(right)} {'stays' if len(right) == 1 else 'stay'}"] if right else [])
+    if wrong:
+        parts.append(f"{', '.join(wrong)} {'is' if len(wrong) == 1 else 'are'} off the speed at the end without overflowing")
+    return f" {'; '.join(parts)}." if parts else ""

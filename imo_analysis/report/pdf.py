@@ -1,0 +1,53 @@
+"""The dossier as PDF, printed by a browser where there is one."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import tempfile
+from pathlib import Path
+
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "msedge")
+_PATIENCE = 180  # s
+_FLAGS = ("--headless", "--disable-gpu", "--no-first-run", "--disable-background-networking",
+          "--disable-component-update", "--disable-sync", "--no-pdf-header-footer")
+
+
+def browser() -> str | None:
+    """A browser that can print without a screen, or None."""
+    return next((found for name in BROWSERS if (found := shutil.which(name))), None)
+
+
+def _root() -> list[str]:
+    """A browser that root starts refuses its own sandbox."""
+    return ["--no-sandbox"] if hasattr(os, "geteuid") and os.geteuid() == 0 else []
+
+
+def print_page(page: Path, target: Path) -> str:
+    """Print a page on A4.
+
+    Parameters
+    ----------
+    page, target : Path
+        HTML file and PDF file.
+
+    Returns
+    -------
+    str
+        Empty when it is done; else why there is no PDF.
+    """
+    found = browser()
+    if found is None:
+        return f"no PDF: none of {', '.join(BROWSERS)} is on the path; install one, or print index.html from any browser"
+    with tempfile.TemporaryDirectory() as place:
+        made = Path(place) / "page.pdf"
+        try:
+            done = subprocess.run([found, *_FLAGS, *_root(), f"--user-data-dir={place}/profile", f"--print-to-pdf={made}",
+                                   page.resolve().as_uri()], capture_output=True, timeout=_PATIENCE)
+        except (OSError, subprocess.TimeoutExpired) as error:
+            return f"no PDF: {found} did not print ({error})"
+        if not made.is_file():
+            return f"no PDF: {found} did not print: {done.stderr.decode(errors='replace').strip()[-300:]}"
+        shutil.copyfile(made, target)
+    return ""
