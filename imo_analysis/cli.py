@@ -94,7 +94,7 @@ def _module(name: str) -> Any:
 
 
 def _joined(argv: list[str]) -> list[str]:
-    """Join ``--sweep -150:150:301`` with ``=``, since argparse takes a value that begins with a dash for an option."""
+    """Join ``--full -2`` with ``=``, since argparse takes a value that begins with a dash for an option."""
     joined: list[str] = []
     for word in argv:
         if _NUMBER_LIKE.match(word) and joined and joined[-1].startswith("--") and "=" not in joined[-1]:

@@ -9,36 +9,36 @@ from typing import TYPE_CHECKING, Any
 from imo_analysis.errors import InputError
 
 if TYPE_CHECKING:
-    import xarray as xr
-
-    from imo_analysis.machine import InductionMachine
+    from imo_analysis.pencils.setup import Setup
 
 # Faster than any machine turns, in rad/s; far above it the squares of a pencil overflow.
 _FASTEST = 1e6
 
 DESCRIPTION = "Poles of the observers' error dynamics at frozen speed, beside the paper's Table II, or over a sweep."
-EXAMPLE = """imo poles --omega 30,60,100
-  imo poles --sweep -150:150:301 --plot poles.svg --out poles.nc
-  imo poles --over k_2 --sweep 0:100:101 --at 60 --observer consistent_12 --map k2.svg
+EXAMPLE = """imo poles --omega 30,60,100 --observer all
+  imo poles --over omega=-150:150:301 --plot poles.svg --out poles.nc
+  imo poles --over omega=-150:150:121 --over R_r_error=-0.5:0.5:61 --full 2 --map stability.svg
   imo poles --tune 50:0.7:150 --observer consistent_12 repaired"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument("--omega", metavar="LIST", help="speeds in rad/s, such as 30,60,100; the study's where left out")
-    parser.add_argument("--sweep", metavar="A:B:COUNT", help="equally spaced values, both ends included")
-    parser.add_argument("--over", metavar="NAME", default="omega", help="what is swept: omega, a gain, R_r, alpha, ... (omega)")
-    parser.add_argument("--at", metavar="OMEGA", type=float, help="speed in rad/s for a sweep over something else")
+    parser.add_argument("--over", metavar="NAME=A:B:COUNT", action="append",
+                        help="sweep omega, a gain, R_r, R_r_error, alpha, ...; twice for a map; SI or with units")
+    parser.add_argument("--cloud", metavar="COUNT[:SEED]", help="random points, evenly within each --over NAME=A:B")
+    parser.add_argument("--at", metavar="OMEGA", type=float, help="speed in rad/s where it is not swept")
     parser.add_argument("--full", metavar="SLIP", type=float,
-                        help="include the adaptation of speed and alpha, about steady running at this slip in rad/s")
+                        help="with the adaptation of speed and alpha, in steady running at this slip in rad/s")
     parser.add_argument("--observer", metavar="NAME", nargs="+", action="extend",
-                        help="observers of the study or the catalogue; the study's where left out")
+                        help="observers of the study or the catalogue, or all; the study's where left out")
     parser.add_argument("--study", metavar="FILE", help="study with machine, observers, gains; the paper's where left out")
     parser.add_argument("--machine", metavar="FILE", help="machine file or preset in place of the study's machine")
     parser.add_argument("--tune", metavar="D:Z:W",
                         help="gains for decay D (1/s) and damping Z up to speed W (rad/s), both ways")
     parser.add_argument("--plot", metavar="SVG", help="draw the poles against what is swept")
-    parser.add_argument("--map", metavar="SVG", help="draw the paths of the poles in the s-plane")
+    parser.add_argument("--map", metavar="SVG", help="draw their paths in the s-plane; of two parameters, the stability map")
+    parser.add_argument("--show", metavar="WHAT", default="decay", help="of a map: decay, damping or settling_time (decay)")
     parser.add_argument("--out", metavar="FILE", help="write the sweep, .nc or .csv")
 
 
@@ -46,45 +46,52 @@ def run(args: argparse.Namespace) -> int:
     """Do it; 0 when done."""
     from imo_analysis.commands.output import check_places, emit_json, say
 
-    wants_sweep = any((args.sweep, args.plot, args.map, args.out, args.over != "omega"))
     if args.out and not args.out.endswith((".nc", ".csv")):
         raise InputError(f"--out {args.out} must end in .nc or .csv")
     for option, path in (("--plot", args.plot), ("--map", args.map)):
         if path and not path.endswith(".svg"):
             raise InputError(f"{option} {path} must end in .svg")
+    if args.show not in (known := ("decay", "damping", "settling_time")):
+        raise InputError(f"--show {args.show} is not in the map; choose one of: {', '.join(known)}")
     check_places(args, "out", "plot", "map")
     speeds = _numbers(args.omega) if args.omega is not None else None
-    if args.sweep is not None:
-        _range(args.sweep)
 
+    from imo_analysis.commands.poles_sweep import sweep, wanted
     from imo_analysis.study import Study
 
+    over = wanted(args)
     study = Study.load(args.study) if args.study else Study.paper()
-    machines, observers = _chosen(study, args)
+    setups, refused = _chosen(study, args)
     if args.tune is not None:
-        observers = _tuned(args, machines, observers)
+        setups = _tuned(args, setups, refused)
     result: dict[str, Any] = {
-        "machine": {label: machine.model_dump() for label, machine in machines.items()},
-        "observers": {label: {"kind": kind, "gains": dict(gains)} for label, (kind, gains) in observers.items()},
+        "machine": {label: setup.machine.model_dump() for label, setup in setups.items()},
+        "observers": {label: {"kind": setup.observer, "gains": dict(setup.gains)} for label, setup in setups.items()},
+        "refused": refused,
     }
-    if speeds is not None or not wants_sweep:
-        result["table"] = _table(args, machines, observers, speeds or list(study.poles.omega), study.drive.flux)
-    if wants_sweep:
-        data = _sweep(args, study, machines, observers)
-        for option, path in (("plot", args.plot), ("map", args.map)):
-            if path:
-                _draw(option, path, data, machines, observers)
-                say(args, f"wrote {path}")
-        if args.out:
-            _write(data, args.out)
-            say(args, f"wrote {args.out}")
-        result["sweep"] = _summary(args, data)
-        if args.json:
-            over = args.over
-            result["sweep"] |= {over: data[over].values, "re": data["re"].values, "im": data["im"].values,
-                                "dims": list(data["re"].dims), "observer": list(observers)}
+    if speeds is not None or over is None:
+        result["table"] = _table(args, setups, refused, speeds or list(study.poles.omega), study.drive.flux)
+    if over is not None:
+        result |= sweep(args, study, setups, refused, over)
+    for label, reason in refused.items():
+        say(args, f"left out {label}: {reason}")
     emit_json(args, schema="imo-poles/1", data=result)
     return 0
+
+
+def left(setups: dict[str, Setup], refused: dict[str, str], check: Any) -> dict[str, Setup]:
+    """The observers for which ``check`` raises no `InputError`; the others are noted with its text, or all refused with it."""
+    kept = {}
+    for label, setup in setups.items():
+        try:
+            check(setup)
+        except InputError as error:
+            refused[label] = str(error)
+        else:
+            kept[label] = setup
+    if not kept:
+        raise InputError(next(iter(refused.values())))
+    return kept
 
 
 def _numbers(text: str) -> list[float]:
@@ -101,56 +108,49 @@ def _numbers(text: str) -> list[float]:
     return values
 
 
-def _range(text: str) -> tuple[float, float, int]:
-    words = text.split(":")
-    try:
-        start, stop, count = float(words[0]), float(words[1]), int(words[2])
-        if len(words) != 3:
-            raise ValueError
-    except (ValueError, IndexError):
-        raise InputError(f"--sweep {text} must be START:STOP:COUNT, such as -150:150:301") from None
-    if count < 1:
-        raise InputError(f"--sweep {text} is empty; COUNT must be 1 or more")
-    if not (math.isfinite(start) and math.isfinite(stop)):
-        raise InputError(f"--sweep {text} must have finite ends")
-    return start, stop, count
-
-
-def _chosen(
-    study: Any, args: argparse.Namespace
-) -> tuple[dict[str, InductionMachine], dict[str, tuple[str, dict[str, float]]]]:
-    """Machine and (kind, gains) of every observer that is asked for, by label."""
+def _chosen(study: Any, args: argparse.Namespace) -> tuple[dict[str, Setup], dict[str, str]]:
+    """Every observer that is asked for, by label; and with ``all`` the reasons why others cannot be had."""
     from imo_analysis.equations.catalogue import OBSERVERS
     from imo_analysis.machine import PRESETS, InductionMachine
+    from imo_analysis.pencils.jacobian import jacobian
+    from imo_analysis.pencils.setup import Setup
 
     other = None
     if args.machine:
         other = PRESETS[args.machine] if args.machine in PRESETS else InductionMachine.load(args.machine)
-    shared = study.known_gains
-    machines, observers = {}, {}
-    for label in args.observer or study.observers:
+    every = args.observer == ["all"]
+    if args.observer and "all" in args.observer and not every:
+        raise InputError("--observer all stands alone; leave the other names out")
+    setups: dict[str, Setup] = {}
+    refused: dict[str, str] = {}
+    for label in dict.fromkeys([*study.observers, *OBSERVERS]) if every else args.observer or study.observers:
         if label in study.observers:
             settings = study.observers[label]
-            machines[label] = other or study.observer_machine(label)
-            observers[label] = (settings.kind, settings.gains)
+            setups[label] = Setup(settings.kind, other or study.observer_machine(label), settings.gains)
         elif label in OBSERVERS:
-            needed = OBSERVERS[label].gains
-            if missing := [gain for gain in needed if gain not in shared]:
-                raise InputError(f"observer = {label!r} is not in the study, and no observer there has its gains "
-                                 f"{', '.join(missing)}; add [observers.{label}] to the study")
-            machines[label] = other or study.machine
-            observers[label] = (label, {gain: shared[gain] for gain in needed})
+            gains = OBSERVERS[label].gains
+            needed = jacobian(label).arguments  # what only the adaptation uses may be missing
+            if missing := [gain for gain in gains if gain in needed and gain not in study.known_gains]:
+                reason = (f"observer = {label!r} is not in the study, and no observer there has its gains "
+                          f"{', '.join(missing)}; add [observers.{label}] to the study")
+                if not every:
+                    raise InputError(reason)
+                refused[label] = reason
+            else:
+                setups[label] = Setup(label, other or study.machine, {gain: study.known_gains[gain] for gain in gains
+                                                                 if gain in study.known_gains})
         else:
             known = ", ".join(dict.fromkeys([*study.observers, *OBSERVERS]))
             raise InputError(f"observer = {label!r} is not known; choose from: {known}")
-    if not observers:
+    if not setups:
         raise InputError("the study has no observers; name one with --observer")
-    return machines, observers
+    return setups, refused
 
 
-def _tuned(args: argparse.Namespace, machines: Any, observers: Any) -> dict[str, tuple[str, dict[str, float]]]:
+def _tuned(args: argparse.Namespace, setups: dict[str, Setup], refused: dict[str, str]) -> dict[str, Setup]:
     """The observers with gains from `imo_analysis.pencils.tune` in place of their own; printed with what they give."""
     from imo_analysis.commands.output import say
+    from imo_analysis.pencils.setup import Setup
     from imo_analysis.pencils.tune import tune
 
     try:
@@ -158,26 +158,35 @@ def _tuned(args: argparse.Namespace, machines: Any, observers: Any) -> dict[str,
     except ValueError:
         raise InputError(f"--tune {args.tune} must be DECAY:DAMPING:OMEGA_MAX, such as 50:0.7:150") from None
     result = {}
-    for label, (kind, gains) in observers.items():
-        found = tune(machines[label], kind, decay, damping, omega_max)
+
+    def choose(setup: Setup) -> None:
+        label = next(label for label, one in setups.items() if one is setup)
+        found = tune(setup.machine, setup.observer, decay, damping, omega_max)
         say(args, f"{label}: " + ", ".join(f"{name} = {value:.6g}" for name, value in found.gains.items())
             + f" give decay {found.decay:.4g} /s, damping {found.damping:.3f}, fastest pole {found.fastest:.4g} rad/s")
-        result[label] = (kind, {**gains, **found.gains})
+        result[label] = Setup(setup.observer, setup.machine, {**setup.gains, **found.gains})
+
+    left(setups, refused, choose)
     return result
 
 
-def _table(args: argparse.Namespace, machines: Any, observers: Any, speeds: list[float], flux: float) -> list[dict[str, Any]]:
+def _table(
+    args: argparse.Namespace, setups: dict[str, Setup], refused: dict[str, str], speeds: list[float], flux: float
+) -> list[dict[str, Any]]:
     """Print the poles at single speeds; the same as data."""
     import numpy as np
 
     from imo_analysis.commands.output import say
     from imo_analysis.pencils.error import OperatingPoint, poles_at
+    from imo_analysis.pencils.jacobian import jacobian
     from imo_analysis.pencils.table2 import table2
     from imo_analysis.pencils.table2_fit import WITNESS, mismatches
 
     rows: list[dict[str, Any]] = []
-    for label, (kind, gains) in observers.items():
-        machine = machines[label]
+    if args.full is not None:
+        setups = left(setups, refused, lambda setup: jacobian(setup.observer, "full"))
+    for label, setup in setups.items():
+        kind, machine, gains = setup.observer, setup.machine, setup.gains
         say(args, f"{label} ({kind}), alpha = {machine.alpha:.4f} /s, "
             + ", ".join(f"{name} = {value:g}" for name, value in gains.items()))
         if args.full is not None:
@@ -210,65 +219,3 @@ def _table(args: argparse.Namespace, machines: Any, observers: Any, speeds: list
 
 def _complex(value: complex) -> str:
     return f"{round(value.real, 2) + 0.0:.2f} {'-' if value.imag < 0 else '+'} {abs(value.imag):.2f}j"
-
-
-def _sweep(args: argparse.Namespace, study: Any, machines: Any, observers: Any) -> xr.Dataset:
-    from imo_analysis.pencils.error import OperatingPoint
-    from imo_analysis.pencils.sweep import grid, sweep_observers
-
-    if args.sweep is None:
-        if args.over != "omega":
-            raise InputError(f"--over {args.over} needs --sweep START:STOP:COUNT")
-        sweep = study.poles.sweep
-        values = grid(sweep.start, sweep.stop, sweep.count, "poles.sweep")
-    else:
-        values = grid(*_range(args.sweep), "--sweep")
-    if args.over != "omega" and args.at is None:
-        raise InputError(f"--over {args.over} needs the speed: --at OMEGA in rad/s")
-    point = OperatingPoint(0.0 if args.at is None else args.at, study.drive.flux, args.full or 0.0)
-    return sweep_observers(machines, observers, values, args.over, point, "frozen" if args.full is None else "full")
-
-
-def _summary(args: argparse.Namespace, data: xr.Dataset) -> dict[str, Any]:
-    """Print, for each observer, the least damped moving pole and where the sweep is unstable."""
-    import numpy as np
-
-    from imo_analysis.commands.output import say
-
-    over = args.over
-    summary: dict[str, Any] = {"over": over, "unstable": {}}
-    for label in data["observer"].values:
-        part = data.sel(observer=label)
-        moving = part["re"].where(~part["neutral"]).values
-        worst = np.nanmax(moving, axis=1)
-        at = int(np.argmax(worst))
-        unstable = int((worst > 1e-9 * np.nanmax(np.abs(moving))).sum())
-        say(args, f"{label}: slowest pole {worst[at]:.4g} /s at {over} = {part[over].values[at]:g}; "
-            f"unstable at {unstable} of {len(worst)} points; {int(part['neutral'].sum())} poles on the axis by structure")
-        summary["unstable"][str(label)] = unstable
-    return summary
-
-
-def _draw(option: str, path: str, data: xr.Dataset, machines: Any, observers: Any) -> None:
-    from imo_analysis.drawing import save_svg
-    from imo_analysis.pencils.maps import plot_against, plot_plane
-    from imo_analysis.pencils.table2 import table2
-
-    frozen = data.attrs.get("kind") == "frozen"
-    title = "Poles of the error dynamics" + (" at frozen speed" if frozen else ", with adaptation")
-    if option == "plot":
-        save_svg(plot_against(data, title), path)
-        return
-    beside = table2(next(iter(machines.values())), observers) if frozen and data.attrs.get("over") == "omega" else None
-    save_svg(plot_plane(data, title, printed=beside), path)
-
-
-def _write(data: xr.Dataset, path: str) -> None:
-    from imo_analysis.files import replacing
-    from imo_analysis.simulation.runfile import write_netcdf
-
-    with replacing(path) as beside:
-        if path.endswith(".nc"):
-            write_netcdf(data.assign_coords(neutral=data["neutral"].astype("int8")), beside)
-        else:
-            data.to_dataframe().reset_index().dropna(subset=["re"]).to_csv(beside, index=False)

@@ -1,4 +1,4 @@
-"""Pictures of pole sweeps: poles against the swept parameter, and their paths in the s-plane. Data in, figure out."""
+"""Pictures of pole sweeps: against the swept parameter, paths or points in the s-plane. Data in, figure out."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def plot_against(data: xr.Dataset, title: str = "") -> Figure:
     Parameters
     ----------
     data : xarray.Dataset
-        From `imo_analysis.pencils.sweep.pole_sweep` or `sweep_observers`.
+        From `imo_analysis.pencils.sweep.pole_sweep`, over one parameter.
     title : str
         Above the picture.
     """
@@ -68,6 +68,7 @@ def plot_against(data: xr.Dataset, title: str = "") -> Figure:
                 gaps = np.flatnonzero(_jumps(data[over].values, re, im)) + 1
                 values, re, im = (np.insert(column.astype(float), gaps, np.nan) for column in (data[over].values, re, im))
                 look["linewidth"] = 0.7 if still else 1.4
+                look["marker"] = styles[label].marker if len(values) == 1 else ""
                 axes[0].plot(values, re, label=text, **look)
                 axes[1].plot(values, im, **look)
         axes[0].axhline(0.0, color=LIMIT.color, linewidth=0.8)
@@ -106,7 +107,7 @@ def plot_plane(
     Parameters
     ----------
     data : xarray.Dataset
-        From `pole_sweep` or `sweep_observers`.
+        From `pole_sweep`, over one parameter.
     title : str
         Above the picture.
     marks : sequence of float, optional
@@ -154,10 +155,55 @@ def plot_plane(
             more, names = shown[0].get_legend_handles_labels()
             handles, labels = [*handles, *more[:1]], [*labels, *names[:1]]
         if handles:
-            figure.legend(handles, labels, loc="outside upper left", ncols=5, frameon=False, title=title or None,
+            figure.legend(handles, labels, loc="outside upper left", ncols=2 * columns, frameon=False, title=title or None,
                           alignment="left", columnspacing=1.2)
-        figure.colorbar(mapping, ax=axes, label=_quantity(data[over]), shrink=0.85, pad=0.02)
+        if len(values) > 1:
+            figure.colorbar(mapping, ax=axes, label=_quantity(data[over]), shrink=0.85, pad=0.02)
     return figure
+
+
+def plot_points(data: xr.Dataset, title: str = "") -> Figure:
+    """The poles of a cloud, or of a grid over two parameters, as points in the s-plane, a panel an observer.
+
+    The colour is the first swept parameter; a dark ring marks poles in the right half plane.
+
+    Parameters
+    ----------
+    data : xarray.Dataset
+        From `imo_analysis.pencils.sweep.pole_sweep`, over two parameters or a cloud.
+    title : str
+        Above the picture.
+    """
+    first = str(data.attrs["over"]).split(", ")[0]
+    observers = _observers(data)
+    columns = min(len(observers), 3)
+    rows = -(-len(observers) // columns)
+    figure, axes = new_figure(rows, columns, width=2.4 + 2.6 * columns, height=0.7 + 3.1 * rows, squeeze=False)
+    with style():
+        for ax, (label, part) in zip(axes.flat, observers, strict=False):
+            moving = part.where(~part["neutral"], drop=True) if "neutral" in part.coords else part
+            colour, x, y = (values.values.ravel() for values in _broadcast(part[first], moving["re"], moving["im"]))
+            points = ax.scatter(x, y, c=colour, s=5.0, cmap="cividis", linewidths=0.0, rasterized=len(x) > 2000)
+            bad = x > 1e-9 * np.nanmax(np.hypot(x, y))
+            ax.scatter(x[bad], y[bad], s=14.0, facecolors="none", edgecolors="#1a1a1a", linewidths=0.5,
+                       rasterized=len(x) > 2000)
+            ax.axvline(0.0, color=LIMIT.color, linewidth=0.8)
+            ax.set_title(label)
+            ax.set_xlabel("real part (1/s)")
+        for ax in axes.flat[len(observers):]:
+            ax.set_axis_off()
+        for row in axes:
+            row[0].set_ylabel("imaginary part (rad/s)")
+        figure.colorbar(points, ax=axes, label=_quantity(data[first]), shrink=0.85, pad=0.02)
+        if title:
+            figure.suptitle(title, x=0.01, ha="left")
+    return figure
+
+
+def _broadcast(*arrays: Any) -> tuple[Any, ...]:
+    import xarray as xr
+
+    return xr.broadcast(*arrays)
 
 
 def _path(ax: Axes, one: xr.Dataset, values: np.ndarray, mapping: Any, marks: Any) -> None:

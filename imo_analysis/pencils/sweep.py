@@ -1,16 +1,14 @@
-"""Poles over a sweep of the speed, a machine parameter or a gain, as a labelled data set with continuous branches.
+"""Poles over any parameter or gain, over two of them, or over a cloud of points, as labelled data that can be drawn.
 
-Branches are carried on from point to point along their tangents, by the assignment of least total distance from where the
-tangents lead. Where an assignment is not clear (a pole misses its place by more than half of what the next candidate does)
-points in between are computed until it is, down to a 4096th of a step; places that stay unclear, such as a double pole, are
-counted in the attribute ``unclear``.
+Over one parameter the poles are joined to continuous branches (`imo_analysis.pencils.branches`); over two, or in a cloud,
+they are as the solver orders them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -18,23 +16,60 @@ from imo_analysis.equations.catalogue import PARAMETERS
 from imo_analysis.errors import InputError
 from imo_analysis.machine import InductionMachine
 from imo_analysis.notation import symbol
-from imo_analysis.pencils.error import Gains, OperatingPoint, arguments, gain_values, poles, poles_of_rank
-from imo_analysis.pencils.jacobian import Kind, jacobian, known_observer, structural_rank
+from imo_analysis.pencils.branches import track
+from imo_analysis.pencils.closed_form import closed_form
+from imo_analysis.pencils.error import MACHINE_FIELDS, Gains, OperatingPoint, arguments, gain_values, poles, poles_of_rank
+from imo_analysis.pencils.jacobian import jacobian, known_observer, structural_rank
+from imo_analysis.pencils.setup import Setup, labelled
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.figure import Figure
 
-_DEPTH = 12
-_BUDGET = 48  # points between two neighbours, so that a double pole does not cost 2^12 of them
-_SAME = 1e-9  # of the largest pole: closer than this, two poles are one
+SweptKind = Literal["frozen", "full", "settled"]
+ERROR = "_error"  # R_r_error is the relative error of the rotor resistance that the observer believes in
+_ALIASES = {"omega_hat": "omega"}  # frozen at omega, or at rest there
+_MOST = 10_000_000
 
 
 @dataclass(frozen=True)
-class Track:
-    """Poles with continuous branches: ``branches`` of shape (points, n), and how many steps stayed unclear."""
+class PoleSweep:
+    """Poles over what was swept.
 
-    branches: np.ndarray
-    unclear: int
+    Attributes
+    ----------
+    data : xarray.Dataset
+        As `pole_sweep` says.
+    """
+
+    data: xr.Dataset
+
+    @property
+    def over(self) -> tuple[str, ...]:
+        """Names of what was swept."""
+        return tuple(self.data.attrs["over"].split(", "))
+
+    def plot(self, view: str = "plane", title: str = "") -> Figure:
+        """A picture: ``plane``, the paths of the poles, or ``against``, real and imaginary part over one parameter.
+
+        Over two parameters, or of a cloud, the plane shows a point for each pole; a map of what two parameters do is
+        `imo_analysis.pencils.stability.stability_map`.
+
+        Raises
+        ------
+        InputError
+            For a view that there is not, or that needs one parameter and has more.
+        """
+        from imo_analysis.pencils import maps
+
+        views = {"plane": maps.plot_plane if self._followed else maps.plot_points, "against": maps.plot_against}
+        if view not in views:
+            raise InputError(f"view = {view!r} is not known; choose one of: {', '.join(views)}")
+        return views[view](self.data, title)
+
+    @property
+    def _followed(self) -> bool:
+        return "unclear" in self.data.attrs
 
 
 def grid(start: float, stop: float, count: int, name: str = "sweep") -> np.ndarray:
@@ -53,62 +88,82 @@ def grid(start: float, stop: float, count: int, name: str = "sweep") -> np.ndarr
         raise InputError(f"{name} = {start:g}:{stop:g}:1 has one point but two ends; use more points, or equal ends")
     if count > 1 and stop <= start:
         raise InputError(f"{name} = {start:g}:{stop:g}:{count} must have STOP above START")
-    if count > 10_000_000:
-        raise InputError(f"{name} = {start:g}:{stop:g}:{count} has too many points; COUNT must be at most 10000000")
+    if count > _MOST:
+        raise InputError(f"{name} = {start:g}:{stop:g}:{count} has too many points; COUNT must be at most {_MOST}")
     return np.linspace(start, stop, count)
 
 
 def pole_sweep(
-    machine: InductionMachine,
-    observer: str,
-    gains: Gains,
-    values: Sequence[float] | np.ndarray,
-    over: str = "omega",
+    observer: Setup | Mapping[str, Setup],
+    over: Mapping[str, Any],
     point: OperatingPoint | None = None,
-    kind: Kind = "frozen",
-) -> xr.Dataset:
-    """Poles of an observer's error dynamics over a sweep.
+    kind: SweptKind = "frozen",
+    cloud: bool = False,
+) -> PoleSweep:
+    """Poles of the error dynamics of an observer, or of several, over one or two parameters or a cloud.
 
     Parameters
     ----------
-    machine : InductionMachine
-        As the observer believes it to be.
-    observer : str
-        Its name in the catalogue.
-    gains : mapping or sequence of float
-        Its gains.
-    values : array of float, shape (points,)
-        Strictly increasing.
-    over : str
-        What the values are of: ``omega``, ``slip`` or ``flux`` of the operating point, a machine field (``R_s``, ``R_r``,
-        ``L_m``, ``L_s``, ``L_r``), a parameter (``alpha``, ``sigma``, ``beta``) or a gain.
+    observer : Setup or mapping of str to Setup
+        One, or several by label; those with fewer poles are then padded with NaN.
+    over : mapping of str to array
+        Name and values, strictly increasing: ``omega`` (or ``omega_hat``), ``slip`` or ``flux`` of the operating point, a
+        machine field (``R_s``, ``R_r``, ``L_m``, ``L_s``, ``L_r``) of what the observer believes or its relative error
+        (``R_r_error``), a parameter (``alpha``, ``sigma``, ``beta``) or a gain. One name, or two for a grid.
     point : OperatingPoint, optional
-        Speed, and for ``kind="full"`` flux and slip. May be left out for a frozen sweep over ``omega``.
+        Speed, and for ``kind="full"`` flux and slip. May be left out where the speed is swept and the kind is frozen.
     kind : str
-        ``frozen`` or ``full``, see `imo_analysis.pencils.jacobian`.
+        ``frozen`` or ``full``, see `imo_analysis.pencils.jacobian`; or ``settled``, where the observer rests with the
+        parameter errors that are swept, alpha_hat held (`imo_analysis.pencils.operating`): NaN where it does not rest. There
+        the machine is the true one, and of its fields only the errors can be swept.
+    cloud : bool
+        The values of all names, in any order and of one length, belong together point by point; any number of names.
 
     Returns
     -------
-    xarray.Dataset
-        Dimensions (``over``, ``branch``): ``re`` (1/s), ``im`` (rad/s), ``natural_frequency`` (rad/s) and ``damping`` (1).
-        The coordinate ``neutral`` marks branches that stay on the imaginary axis by structure.
+    PoleSweep
+        Its data has the dimensions of ``over``, or ``sample`` for a cloud, and ``branch``, after ``observer`` for several:
+        ``re`` (1/s), ``im`` (rad/s), ``natural_frequency`` (rad/s) and ``damping`` (1). The coordinate ``neutral`` marks
+        branches that stay on the imaginary axis by structure. Over one parameter a branch is one pole followed through the
+        sweep, and the attribute ``unclear`` counts the steps where branches could not be told apart.
 
     Raises
     ------
     InputError
-        For an unknown observer, parameter or gain, and for values that are empty, not finite or not increasing.
+        For an unknown observer, parameter or gain, one name twice, and values that are empty, not finite or not increasing.
     """
     import xarray as xr
 
-    points = checked(values, over)
-    found = evaluator(machine, observer, gains, over, point, kind)
-    tracked = track(points, found.moving)
-    still = found.neutral(points)
-    roots = np.concatenate([tracked.branches, still], axis=-1)
+    swept = axes(over, cloud)
+    if isinstance(observer, Setup):
+        return PoleSweep(_one(observer, swept, point, kind, cloud))
+    parts = []
+    for label, one in labelled(observer).items():
+        part = _one(one, swept, point, kind, cloud)
+        parts.append(part.reset_coords("neutral").expand_dims(observer=[label]))
+    whole = xr.concat(parts, dim="observer", join="outer", fill_value={"neutral": False}, combine_attrs="drop_conflicts")
+    kinds = [one.observer for one in observer.values()]
+    whole = whole.set_coords("neutral").assign_coords(observer_kind=("observer", kinds))
+    if "unclear" in parts[0].attrs:
+        whole.attrs["unclear"] = sum(part.attrs["unclear"] for part in parts)
+    return PoleSweep(whole)
+
+
+def _one(setup: Setup, swept: dict[str, np.ndarray], point: OperatingPoint | None, kind: SweptKind, cloud: bool) -> xr.Dataset:
+    import xarray as xr
+
+    names = tuple(swept)
+    found = evaluator(setup.machine, setup.observer, setup.gains, names, point, kind)
+    attributes: dict[str, Any] = {}
+    at = tuple(swept.values()) if cloud else tuple(np.meshgrid(*swept.values(), indexing="ij", sparse=True))
+    moving = found.moving(at)
+    if len(names) == 1 and not cloud and np.all(np.isfinite(moving)):
+        tracked = track(at[0], lambda values: found.moving((values,)))
+        moving, attributes["unclear"] = tracked.branches, tracked.unclear
+    roots = np.concatenate([moving, found.neutral(at)], axis=-1)
     size = np.abs(roots)
-    neutral = np.arange(roots.shape[1]) >= tracked.branches.shape[1]
     damping = np.divide(-roots.real, size, out=np.zeros_like(size), where=size > 0)
-    dims = (over, "branch")
+    dims = (*(("sample",) if cloud else names), "branch")
     return xr.Dataset(
         {
             "re": (dims, roots.real, {"units": "1/s", "long_name": "pole, real part", "latex": r"\mathrm{Re}\,s"}),
@@ -118,39 +173,74 @@ def pole_sweep(
                                         "latex": r"\zeta"}),
         },
         coords={
-            over: (over, points, described(over)),
-            "branch": np.arange(1, roots.shape[1] + 1),
-            "neutral": ("branch", neutral),
+            **{name: ("sample" if cloud else name, values, described(name)) for name, values in swept.items()},
+            "branch": np.arange(1, roots.shape[-1] + 1),
+            "neutral": ("branch", np.arange(roots.shape[-1]) >= moving.shape[-1]),
         },
-        attrs={"schema": "imo-poles/1", "observer": observer, "kind": kind, "machine": machine.name, "over": over,
-               "unclear": tracked.unclear, "gains": _gain_text(observer, gains)},
+        attrs={"schema": "imo-poles/1", "observer": setup.observer, "kind": kind, "machine": setup.machine.name,
+               "over": ", ".join(names), "gains": _gain_text(setup), **attributes},
     )
 
 
-def checked(values: Sequence[float] | np.ndarray, name: str) -> np.ndarray:
-    """The values as a strictly increasing array of floats."""
-    points = np.asarray(values, dtype=float)
+def axes(over: Mapping[str, Any], cloud: bool = False) -> dict[str, np.ndarray]:
+    """What is swept, under its own name and checked."""
+    if not over:
+        raise InputError("nothing is swept; name at least one parameter")
+    swept: dict[str, np.ndarray] = {}
+    for name, values in over.items():
+        own = _ALIASES.get(name, name)
+        same = {own, "alpha" if own == "R_r" else own, "R_r" if own == "alpha" else own, own.removesuffix(ERROR)}
+        for other in swept:
+            if same & {other, other.removesuffix(ERROR)}:
+                raise InputError(f"{other} and {name} are swept together, but are one quantity; choose two that differ")
+        swept[own] = checked(values, name, increasing=not cloud)
+    if cloud:
+        lengths = {name: len(values) for name, values in swept.items()}
+        if len(set(lengths.values())) > 1:
+            raise InputError("a cloud needs as many values of each parameter: "
+                             + ", ".join(f"{name} has {length}" for name, length in lengths.items()))
+    elif len(swept) > 2:
+        raise InputError(f"{len(swept)} parameters are swept; give one or two, or a cloud for more")
+    if not cloud and (count := int(np.prod([len(values) for values in swept.values()], dtype=float))) > _MOST:
+        raise InputError(f"the sweep has {count} points; at most {_MOST} are possible")
+    return swept
+
+
+def checked(values: Any, name: str, increasing: bool = True) -> np.ndarray:
+    """The values as an array of floats, strictly increasing where asked for."""
+    try:
+        points = np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"the sweep over {name} must be numbers, in {described(name)['units']}") from None
     if points.ndim != 1 or points.size == 0:
         raise InputError(f"the sweep over {name} is empty; give at least one value")
     if not np.all(np.isfinite(points)):
         raise InputError(f"the sweep over {name} has a value that is not finite; every value must be a number")
-    if np.any(np.diff(points) <= 0):
+    if increasing and np.any(np.diff(points) <= 0):
         raise InputError(f"the sweep over {name} must increase from value to value")
     return points
 
 
 def described(name: str) -> dict[str, str]:
     """Unit, meaning and LaTeX of anything that can be swept, as attributes."""
+    try:
+        field = symbol(name.removesuffix(ERROR))
+    except InputError:
+        if name != "flux":
+            raise InputError(f"{name!r} is neither a parameter nor a gain; names are those of Table I: omega, R_r, ...") from None
+    if name.endswith(ERROR):
+        return {"units": "1", "long_name": f"relative error of the {field.meaning} believed",
+                "latex": rf"\Delta {field.latex} / {field.latex}"}
     own = {
         "flux": ("Wb", "magnitude of the rotor flux", r"|\phi_r|"),
         "omega": ("rad/s", "electrical speed", r"\hat{\omega}"),
     }
-    unit, meaning, latex = own.get(name) or (symbol(name).unit, symbol(name).meaning, symbol(name).latex)
+    unit, meaning, latex = own.get(name) or (field.unit, field.meaning, field.latex)
     return {"units": unit, "long_name": meaning, "latex": latex}
 
 
-def _gain_text(observer: str, gains: Gains) -> str:
-    return ", ".join(f"{name} = {value:g}" for name, value in gain_values(observer, gains, ()).items())
+def _gain_text(setup: Setup) -> str:
+    return ", ".join(f"{name} = {value:g}" for name, value in gain_values(setup.observer, setup.gains, ()).items())
 
 
 @dataclass(frozen=True)
@@ -169,38 +259,42 @@ class Poles:
     neutral: Callable[[Any], np.ndarray]
 
 
+def sweepable(observer: str, kind: SweptKind = "frozen") -> tuple[str, ...]:
+    """Names of all that the poles of an observer can be swept over."""
+    errors = tuple(f"{field}{ERROR}" for field in MACHINE_FIELDS)
+    own = {"frozen": (*PARAMETERS, *MACHINE_FIELDS, *errors), "full": (*PARAMETERS, *MACHINE_FIELDS, "slip", "flux"),
+           "settled": (*errors, "slip", "flux")}[kind]
+    return tuple(sorted({"omega", *known_observer(observer).gains, *own}))
+
+
 def evaluator(
     machine: InductionMachine,
     observer: str,
     gains: Gains,
     over: str | tuple[str, ...],
     point: OperatingPoint | None,
-    kind: Kind,
+    kind: SweptKind,
 ) -> Poles:
-    """The poles as functions of the swept parameter; arguments as in `pole_sweep`.
+    """The poles as functions of the swept parameter; ``point`` and ``kind`` as in `pole_sweep`.
 
-    With a tuple of names for ``over`` the functions take a tuple of arrays that broadcast.
+    With a tuple of names for ``over`` the functions take a tuple of arrays that broadcast. The poles are not in any order.
 
     The adaptive observers have poles that no gain moves: at zero at frozen speed; at zero and at plus and minus j times the
     stator frequency in the frame of the flux. Near one of them an eigenvalue solver mixes it with a pole that crosses the
-    axis there, so they are taken out first: exactly, through the rank, at frozen speed; by position otherwise.
+    axis there, so they are taken out first: exactly at frozen speed, by the closed form or through the rank; by position
+    otherwise.
     """
-    derived = jacobian(observer, kind)
-    if point is None:
-        if over != "omega" or kind != "frozen":
-            raise InputError(f"a sweep over {over} ({kind}) needs an operating point: give its speed"
-                             + (", flux and slip" if kind == "full" else ""))
-        point = OperatingPoint(0.0, None)
-    swept = {"omega", *known_observer(observer).gains, *PARAMETERS, "R_r", "L_s", "L_r"}
-    if kind == "full":
-        swept |= {"slip", "flux"}
     names = over if isinstance(over, tuple) else (over,)
+    possible = sweepable(observer, kind)
     for name in names:
-        if name not in swept:
-            known = ", ".join(sorted(swept))
-            raise InputError(f"over = {name!r} is not a parameter of {observer} ({kind}); choose one of: {known}")
+        if name not in possible:
+            raise InputError(f"over = {name!r} is not a parameter of {observer} ({kind}); choose one of: {', '.join(possible)}")
+    if point is None:
+        if "omega" not in names or kind != "frozen":
+            raise InputError(f"a sweep over {', '.join(names)} ({kind}) needs an operating point: give its speed"
+                             + (", flux and slip" if kind != "frozen" else ""))
+        point = OperatingPoint(0.0, None)
     fixed = point
-    n = len(derived.states)
 
     def arrays(values: Any) -> dict[str, np.ndarray]:
         given = values if isinstance(over, tuple) else (values,)
@@ -209,25 +303,66 @@ def evaluator(
     def shape(values: Any) -> tuple[int, ...]:
         return np.broadcast_shapes(*(array.shape for array in arrays(values).values()))
 
+    def targets(values: Any) -> np.ndarray:
+        changed = replace(fixed, **{name: at for name, at in arrays(values).items() if name in ("omega", "slip")})
+        frame = np.broadcast_to(np.asarray(changed.omega + changed.slip, dtype=float), shape(values))
+        return np.stack([frame, -frame, np.zeros_like(frame)], axis=-1) * 1j
+
+    if kind == "settled":
+        return _settled(machine, observer, gains, fixed, arrays, shape, targets)
+    derived = jacobian(observer, kind)
+    n = len(derived.states)
+
+    def numbers(values: Any) -> dict[str, Any]:
+        changes = {}
+        for name, value in arrays(values).items():
+            field = name.removesuffix(ERROR)
+            changes[field] = value if field == name else getattr(machine, field) * (1 + value)
+        return arguments(derived, machine, gains, fixed, changes)
+
     def matrices(values: Any) -> np.ndarray:
-        found = derived.system_matrix(arguments(derived, machine, gains, fixed, arrays(values)))
+        found = derived.system_matrix(numbers(values))
         return np.broadcast_to(found, (*shape(values), n, n))
 
     if kind == "frozen":
+        form = closed_form(observer)
+        if form is not None:
+            solved = form
+            return Poles(
+                lambda values: np.broadcast_to(solved.poles(numbers(values)), (*shape(values), 4)),
+                lambda values: np.zeros((*shape(values), solved.at_zero), dtype=complex),
+            )
         rank = structural_rank(observer)
         return Poles(
             lambda values: poles_of_rank(matrices(values), rank),
             lambda values: np.zeros((*shape(values), n - rank), dtype=complex),
         )
 
-    def targets(values: Any) -> np.ndarray:
-        changed = replace(fixed, **{name: at for name, at in arrays(values).items() if name in ("omega", "slip")})
-        frame = np.broadcast_to(np.asarray(changed.omega + changed.slip, dtype=float), shape(values))
-        return np.stack([np.zeros_like(frame), frame, -frame], axis=-1) * 1j
-
     count = 3 if "xi_1_tilde" in derived.states else 0
     return Poles(
         lambda values: _without(poles(matrices(values)), targets(values)[..., :count]),
+        lambda values: targets(values)[..., :count],
+    )
+
+
+def _settled(
+    machine: InductionMachine, observer: str, gains: Gains, point: OperatingPoint, arrays: Any, shape: Any, targets: Any
+) -> Poles:
+    """The poles where an observer with parameter errors rests, without the two at plus and minus j times the frequency."""
+    from imo_analysis.pencils.operating import poles_with_errors
+
+    def whole(values: Any) -> np.ndarray:
+        given = arrays(values)
+        at = replace(point, **{name: value for name, value in given.items() if name in ("omega", "slip", "flux")})
+        errors = {name.removesuffix(ERROR): value for name, value in given.items() if name.endswith(ERROR)}
+        fed = gain_values(observer, gains) | {name: value for name, value in given.items() if name in known.gains}
+        found = poles_with_errors(machine, observer, fed, at, errors)[0]
+        return np.broadcast_to(found, (*shape(values), found.shape[-1]))
+
+    known = known_observer(observer)
+    count = 2 if "xi_1_hat" in known.states else 0
+    return Poles(
+        lambda values: _without(whole(values), targets(values)[..., :count]),
         lambda values: targets(values)[..., :count],
     )
 
@@ -239,143 +374,3 @@ def _without(values: np.ndarray, targets: np.ndarray) -> np.ndarray:
         keep = np.arange(values.shape[-1]) != nearest[..., None]
         values = values[keep].reshape(*values.shape[:-1], values.shape[-1] - 1)
     return values
-
-
-def track(points: np.ndarray, evaluate: Callable[[Any], np.ndarray]) -> Track:
-    """Join the poles of neighbouring points to branches, with more points where that is not clear."""
-    raw = evaluate(points)
-    if len(points) == 1:
-        return Track(raw, 0)
-    walk = _Walk(evaluate, _SAME * float(np.abs(raw).max()))
-    branches = np.empty_like(raw)
-    near = points[0] + (points[1] - points[0]) / 1024
-    beside = _nearest(raw[0], evaluate(np.array([near]))[0])
-    branches[0], slope = raw[0], (beside - raw[0]) / (near - points[0])
-    unclear = 0
-    for k in range(1, len(points)):
-        walk.budget = _BUDGET
-        branches[k], slope, failed = walk.join(branches[k - 1], slope, raw[k], points[k - 1], points[k], _DEPTH)
-        unclear += failed
-    return Track(branches, unclear)
-
-
-def _nearest(before: np.ndarray, after: np.ndarray) -> np.ndarray:
-    from scipy.optimize import linear_sum_assignment
-
-    return np.asarray(after[linear_sum_assignment(np.abs(before[:, None] - after[None, :]))[1]])
-
-
-@dataclass
-class _Walk:
-    """Carries branches from one point to the next; ``budget`` is how many points in between it may still compute."""
-
-    evaluate: Callable[[Any], np.ndarray]
-    tolerance: float
-    budget: int = 0
-
-    def join(
-        self, before: np.ndarray, slope: np.ndarray, after: np.ndarray, x_0: float, x_1: float, depth: int
-    ) -> tuple[np.ndarray, np.ndarray, bool]:
-        """``after`` in the order of ``before``, the slopes there, and whether the order stayed unclear somewhere."""
-        from scipy.optimize import linear_sum_assignment
-
-        distance = np.abs((before + slope * (x_1 - x_0))[:, None] - after[None, :])
-        chosen = linear_sum_assignment(distance)[1]
-        ordered = after[chosen]
-        clear = _clear(distance, chosen, after, self.tolerance)
-        if clear or depth == 0 or self.budget == 0:
-            return ordered, (ordered - before) / (x_1 - x_0), not clear
-        self.budget -= 1
-        middle = 0.5 * (x_0 + x_1)
-        between = self.evaluate(np.array([middle]))[0]
-        half, slope, first = self.join(before, slope, between, x_0, middle, depth - 1)
-        ordered, slope, second = self.join(half, slope, after, middle, x_1, depth - 1)
-        return ordered, slope, first or second
-
-
-def _clear(distance: np.ndarray, chosen: np.ndarray, after: np.ndarray, tolerance: float) -> bool:
-    """Whether every pole misses its predicted place by less than half of what any other value misses it by."""
-    rows = np.arange(len(chosen))
-    moved = distance[rows, chosen]
-    other = np.abs(after[None, :] - after[chosen][:, None]) > tolerance
-    rival = np.where(other, distance, np.inf).min(axis=1)
-    return bool(np.all((moved <= tolerance) | (moved < 0.5 * rival)))
-
-
-def stability_boundaries(
-    machine: InductionMachine,
-    observer: str,
-    gains: Gains,
-    values: Sequence[float] | np.ndarray,
-    over: str = "omega",
-    point: OperatingPoint | None = None,
-    kind: Kind = "frozen",
-) -> list[dict[str, float]]:
-    """Where a pole crosses the imaginary axis, to 1e-10 of the step.
-
-    Crossings are looked for between neighbouring values, on tracked branches, and then halved in. A branch that stays on the
-    axis by structure is not counted; two crossings within one step are missed: use a finer sweep.
-
-    Returns
-    -------
-    list of dict
-        Keys ``value`` (of what is swept), ``im`` (rad/s, of the pole there), ``branch`` and ``direction`` (+1 when it becomes
-        unstable with rising value), in the order of the sweep.
-    """
-    points = checked(values, over)
-    evaluate = evaluator(machine, observer, gains, over, point, kind).moving
-    roots = track(points, evaluate).branches
-    tolerance = _SAME * float(np.abs(roots).max())
-    found = []
-    side = np.where(np.abs(roots.real) <= tolerance, 0, np.sign(roots.real))
-    for branch in range(roots.shape[1]):
-        for k in np.flatnonzero(side[:-1, branch] * side[1:, branch] < 0):
-            value, pole = _crossing(evaluate, (points[k], points[k + 1]), (roots[k, branch], roots[k + 1, branch]))
-            found.append({"value": value, "im": float(pole.imag), "branch": branch + 1,
-                          "direction": float(side[k + 1, branch])})
-        for k in np.flatnonzero((side[1:-1, branch] == 0) & (side[:-2, branch] * side[2:, branch] < 0)):
-            found.append({"value": float(points[k + 1]), "im": float(roots[k + 1, branch].imag), "branch": branch + 1,
-                          "direction": float(side[k + 2, branch])})
-    return sorted(found, key=lambda crossing: crossing["value"])
-
-
-def _crossing(
-    evaluate: Callable[[Any], np.ndarray], ends: tuple[float, float], poles_there: tuple[complex, complex]
-) -> tuple[float, complex]:
-    """Halve the step in which one branch crosses the axis; at each point the branch is the pole nearest to its chord."""
-    (low, high), (left, right) = ends, poles_there
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        if middle in (low, high):
-            break
-        candidates = evaluate(np.array([middle]))[0]
-        pole = candidates[np.argmin(np.abs(candidates - 0.5 * (left + right)))]
-        if np.sign(pole.real) == np.sign(left.real):
-            low, left = middle, pole
-        else:
-            high, right = middle, pole
-    return float(0.5 * (low + high)), left
-
-
-def sweep_observers(
-    machines: Mapping[str, InductionMachine],
-    observers: Mapping[str, tuple[str, Gains]],
-    values: np.ndarray,
-    over: str = "omega",
-    point: OperatingPoint | None = None,
-    kind: Kind = "frozen",
-) -> xr.Dataset:
-    """Sweeps of several observers in one data set: `pole_sweep` with the dimension ``observer`` first.
-
-    ``machines`` and ``observers`` (kind, gains) have the same labels. Observers with fewer poles are padded with NaN.
-    """
-    import xarray as xr
-
-    parts = []
-    for label, (name, gains) in observers.items():
-        part = pole_sweep(machines[label], name, gains, values, over, point, kind)
-        parts.append(part.reset_coords("neutral").expand_dims(observer=[label]))
-    whole = xr.concat(parts, dim="observer", join="outer", fill_value={"neutral": False}, combine_attrs="drop_conflicts")
-    whole = whole.set_coords("neutral").assign_coords(observer_kind=("observer", [name for name, _ in observers.values()]))
-    whole.attrs["unclear"] = sum(part.attrs["unclear"] for part in parts)
-    return whole

@@ -18,7 +18,9 @@ if TYPE_CHECKING:
 
 def column_of(kind: str) -> str:
     """The column of Table II that an observer stands beside; empty for one that the paper does not have."""
-    return {"baseline": "baseline", "baseline_scheduled": "baseline", "repaired": ""}.get(kind, "proposed")
+    if kind.startswith("baseline"):
+        return "baseline"
+    return "proposed" if kind.endswith(("printed_7", "printed_L", "consistent_12")) else ""
 
 
 def printed(column: str) -> np.ndarray:

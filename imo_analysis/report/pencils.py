@@ -31,7 +31,7 @@ class PoleResult:
     table : xarray.Dataset
         From `imo_analysis.pencils.table2.table2`.
     sweep : xarray.Dataset
-        From `imo_analysis.pencils.sweep.sweep_observers`.
+        From `imo_analysis.pencils.sweep.pole_sweep`, over the speed.
     figures : list of Drawn
     files : list of (str, str)
     found : list of str
@@ -64,7 +64,8 @@ def pencils(study: Study, folder: Path, sweeps: bool = True) -> PoleResult:
     """Compute the poles and write ``table2.csv``, the figures and, with ``sweeps``, ``poles.nc`` and ``poles.csv``."""
     from imo_analysis.drawing import rasterized
     from imo_analysis.pencils.maps import plot_against, plot_plane
-    from imo_analysis.pencils.sweep import grid, sweep_observers
+    from imo_analysis.pencils.setup import Setup
+    from imo_analysis.pencils.sweep import grid, pole_sweep
     from imo_analysis.pencils.table2 import table2
     from imo_analysis.report.scenarios import keep
     from imo_analysis.simulation.runfile import write_netcdf
@@ -72,7 +73,8 @@ def pencils(study: Study, folder: Path, sweeps: bool = True) -> PoleResult:
     machines, observers = observers_of(study)
     table = table2(study.machine, observers, study.poles.omega)
     span = study.poles.sweep
-    sweep = sweep_observers(machines, observers, grid(span.start, span.stop, span.count, "poles.sweep"))
+    setups = {label: Setup(kind, machines[label], gains) for label, (kind, gains) in observers.items()}
+    sweep = pole_sweep(setups, {"omega": grid(span.start, span.stop, span.count, "poles.sweep")}).data
     write_table2(table, folder / "table2.csv")
     files = [("table2.csv", "Table II beside the computed poles")]
     if sweeps:

@@ -24,7 +24,7 @@ def test_sweep_with_a_range_that_begins_with_a_dash(tmp_path: Path, capsys: pyte
     import xarray as xr
 
     plot, plane, out, table = (tmp_path / name for name in ("a.svg", "b.svg", "c.nc", "c.csv"))
-    command = ["poles", "--sweep", "-150:150:31", "--observer", "baseline", "consistent_12"]
+    command = ["poles", "--over", "omega=-150:150:31", "--observer", "baseline", "consistent_12"]
     assert main([*command, "--plot", str(plot), "--map", str(plane), "--out", str(out)]) == 0
     assert main([*command, "--out", str(table)]) == 0
     assert "neutral" in xr.load_dataset(out, engine="h5netcdf").coords
@@ -49,7 +49,7 @@ def test_adaptation_and_other_parameters(capsys: pytest.CaptureFixture[str]) -> 
     assert main(["poles", "--full", "2", "--omega", "60", "--observer", "repaired", "--json", "-"]) == 0
     poles = json.loads(capsys.readouterr().out)["table"][0]["poles"]
     assert len(poles) == 8 and min(abs(re) + abs(im - 62.0) for re, im in poles) < 1e-6
-    assert main(["poles", "--over", "k_2", "--sweep", "0:100:11", "--at", "60", "--observer", "printed_L", "--json", "-"]) == 0
+    assert main(["poles", "--over", "k_2=0:100:11", "--at", "60", "--observer", "printed_L", "--json", "-"]) == 0
     data = json.loads(capsys.readouterr().out)["sweep"]
     assert data["over"] == "k_2" and data["unstable"]["printed_L"] == 10
 
@@ -67,24 +67,42 @@ def test_machine_file_takes_the_place_of_the_studys(tmp_path: Path, capsys: pyte
 
 
 @pytest.mark.parametrize(("arguments", "message"), [
-    (["--sweep", "0:1:0"], "--sweep 0:1:0 is empty; COUNT must be 1 or more"),
-    (["--sweep", "-150:150"], "must be START:STOP:COUNT"),
-    (["--sweep", "-150:150:3:4"], "must be START:STOP:COUNT"),
-    (["--sweep", "150:-150:3"], "STOP above START"),
-    (["--sweep", "nan:1:3"], "must have finite ends"),
-    (["--sweep", "0:1:99999999999"], "too many points"),
+    (["--over", "omega=0:1:0"], "--over omega = 0:1:0 is empty; COUNT must be 1 or more"),
+    (["--over", "omega=0:1:1"], "has one point but two ends"),
+    (["--over", "omega=-150:150"], "must be NAME=START:STOP:COUNT"),
+    (["--over", "omega=-150:150:3:4"], "must be NAME=START:STOP:COUNT"),
+    (["--over", "omega=-150:150:few"], "with a whole number of points"),
+    (["--over", "omega"], "must be NAME=START:STOP:COUNT"),
+    (["--over", "omega=150:-150:3"], "STOP above START"),
+    (["--over", "omega=nan:1:3"], "must have finite ends"),
+    (["--over", "omega=0:1:99999999999"], "too many points"),
+    (["--over", "omega=1:2:4000", "--over", "k_2=1:2:4000", "--observer", "consistent_12"], "16000000 points; at most"),
+    (["--over", "omega=1:2:3", "--over", "omega=1:2:3"], "--over omega is given twice"),
+    (["--over", "omega=1:2:3", "--over", "omega_hat=1:2:3"], "are one quantity"),
+    (["--over", "R_r=1:2:3", "--over", "alpha=1:2:3", "--at", "60"], "are one quantity"),
+    (["--over", "R_r=0.3 ohm:0.6:3", "--at", "60"], "0.6 has no unit and 0.3 ohm has one"),
+    (["--over", "R_r=300 mH:600 mH:3", "--at", "60"], "wrong unit; it must be in ohm"),
+    (["--over", "R_r=0.3 ?:0.6 ?:3", "--at", "60"], "wrong unit"),
+    (["--over", "R_r=-0.3:0.6:3", "--at", "60"], "R_r must be above 0 ohm"),
+    (["--over", "omega=1:2:3", "--over", "k_2=1:2:3", "--plot", "a.svg", "--observer", "consistent_12"], "use --map for two"),
+    (["--over", "omega=1:2:3", "--show", "colour"], "--show colour is not in the map"),
+    (["--cloud", "100"], "needs ranges: --over NAME=A:B"),
+    (["--cloud", "many", "--over", "omega=1:2"], "must be COUNT or COUNT:SEED"),
+    (["--cloud", "100", "--over", "omega=2:1"], "STOP above START"),
+    (["--cloud", "100", "--over", "omega=1:2:3"], "must be NAME=START:STOP with --cloud"),
+    (["--observer", "all", "baseline"], "--observer all stands alone"),
     (["--omega", "30,nan"], "must be finite"),
     (["--omega", "fast"], "must be numbers"),
     (["--omega", ","], "must be numbers with commas between"), (["--omega", ""], "--omega is empty"),
     (["--observer", "kalman"], "observer = 'kalman' is not known; choose from: baseline"),
-    (["--over", "k_2", "--sweep", "0:1:3"], "needs the speed: --at"),
-    (["--over", "k_2"], "needs --sweep"),
-    (["--over", "mass", "--at", "3", "--sweep", "0:1:3"], "'mass' is not a parameter"),
+    (["--over", "k_2=0:1:3"], "needs the speed: --at"),
+    (["--over", "mass=0:1:3", "--at", "3"], "'mass'"),
+    (["--over", "J=0:1:3", "--at", "3"], "'J' is not a parameter of baseline"),
     (["--plot", "poles.png"], "must end in .svg"),
     (["--out", "poles.txt"], "must end in .nc or .csv"),
     (["--machine", "nowhere.toml"], "cannot read nowhere.toml"),
     (["--study", "nowhere.toml"], "cannot read nowhere.toml"),
-    (["--sweep", "0:1:3", "--out", "no/such/folder/x.nc"], "cannot write no/such/folder/x.nc"),
+    (["--over", "omega=0:1:3", "--out", "no/such/folder/x.nc"], "cannot write no/such/folder/x.nc"),
     (["--full", "nan"], "slip = nan rad/s"),
     (["--full", "2", "--observer", "printed_7"], "no time-invariant linearisation"),
 ])

@@ -5,25 +5,30 @@ import pytest
 
 from imo_analysis.errors import InputError
 from imo_analysis.machine import preset
+from imo_analysis.pencils.boundaries import stability_boundaries
+from imo_analysis.pencils.branches import track
 from imo_analysis.pencils.error import OperatingPoint, poles_at
-from imo_analysis.pencils.sweep import grid, pole_sweep, stability_boundaries, sweep_observers, track
+from imo_analysis.pencils.setup import Setup
+from imo_analysis.pencils.sweep import grid, pole_sweep
 
 MACHINE = preset("table-iii-printed-alpha")
 ADAPTIVE = {"k_1": 300.0, "k_2": 50.0, "k_3": 100.0, "g": 1.0, "K_p": 100.0, "alpha_l": 0.05, "delta": 0.01}
+SETUP = Setup("consistent_12", MACHINE, ADAPTIVE)
 BASELINE = {"l_1": 162.0, "l_2": 0.0, "l_3": -0.08, "l_4": 0.35, "h": 100.0}
+KUBOTA = Setup("baseline", MACHINE, BASELINE)
 
 
 def test_branches_hold_the_poles_and_move_smoothly() -> None:
     omega = grid(-150.0, 150.0, 61)
-    data = pole_sweep(MACHINE, "consistent_12", ADAPTIVE, omega)
+    data = pole_sweep(SETUP, {"omega_hat": omega}).data
     roots = data["re"].values + 1j * data["im"].values
     direct = poles_at(MACHINE, "consistent_12", ADAPTIVE, OperatingPoint(omega, None))
     for row, other in zip(roots, direct, strict=True):
         assert np.sort(row) == pytest.approx(np.sort(other), abs=1e-9 * 1e3)
     assert data["neutral"].values.tolist() == [False] * 4 + [True] * 2
     # a branch is smooth where a finer sweep has the same branches, thinned
-    fine = pole_sweep(MACHINE, "consistent_12", ADAPTIVE, grid(5.0, 150.0, 1161))
-    coarse = pole_sweep(MACHINE, "consistent_12", ADAPTIVE, grid(5.0, 150.0, 30))
+    fine = pole_sweep(SETUP, {"omega": grid(5.0, 150.0, 1161)}).data
+    coarse = pole_sweep(SETUP, {"omega": grid(5.0, 150.0, 30)}).data
     assert coarse["im"].values == pytest.approx(fine["im"].values[::40], abs=1e-6)
 
 
@@ -43,7 +48,7 @@ def test_branches_that_cross_are_told_apart() -> None:
 
 def test_mirrored_speed_has_the_same_poles() -> None:
     """With l_2 = l_4 = 0; a constant l_2 or l_4 makes the two directions of rotation different."""
-    data = pole_sweep(MACHINE, "baseline", BASELINE | {"l_4": 0.0}, grid(-100.0, 100.0, 21))
+    data = pole_sweep(Setup("baseline", MACHINE, BASELINE | {"l_4": 0.0}), {"omega": grid(-100.0, 100.0, 21)}).data
     roots = data["re"].values + 1j * data["im"].values
     for row, mirrored in zip(roots, roots[::-1], strict=True):
         assert np.sort(row) == pytest.approx(np.sort(mirrored), abs=1e-9)
@@ -53,7 +58,7 @@ def test_mirrored_speed_has_the_same_poles() -> None:
 def test_printed_feedbacks_lose_stability_where_hand_calculation_says(name: str) -> None:
     """Both have a pole at zero where alpha k_3 = k_2 omega^2, by the constant term of the characteristic polynomial."""
     limit = np.sqrt(MACHINE.alpha * ADAPTIVE["k_3"] / ADAPTIVE["k_2"])
-    found = stability_boundaries(MACHINE, name, ADAPTIVE, grid(0.5, 100.0, 40))
+    found = stability_boundaries(Setup(name, MACHINE, ADAPTIVE), {"omega": grid(0.5, 100.0, 40)})
     assert {round(crossing["value"], 9) for crossing in found} == {round(limit, 9)}
     assert all(crossing["direction"] == 1.0 for crossing in found)
 
@@ -61,7 +66,7 @@ def test_printed_feedbacks_lose_stability_where_hand_calculation_says(name: str)
 def test_boundary_in_a_gain() -> None:
     """k_1 below -R_s/sigma leaves the sum of the poles positive: Re of one crosses before; check the sign on both sides."""
     point = OperatingPoint(60.0, None)
-    found = stability_boundaries(MACHINE, "consistent_12", ADAPTIVE, grid(-300.0, 300.0, 61), over="k_1", point=point)
+    found = stability_boundaries(SETUP, {"k_1": grid(-300.0, 300.0, 61)}, point)
     assert found
     for crossing in found:
         for step, sign in ((-1e-6, 1), (1e-6, -1)):
@@ -71,7 +76,7 @@ def test_boundary_in_a_gain() -> None:
 
 def test_the_full_linearisation_is_unstable_backwards_with_the_printed_sign() -> None:
     point = OperatingPoint(0.0, 0.5307, 2.0)
-    data = pole_sweep(MACHINE, "consistent_12", ADAPTIVE, [-60.0, -20.0, 20.0, 60.0], point=point, kind="full")
+    data = pole_sweep(SETUP, {"omega": [-60.0, -20.0, 20.0, 60.0]}, point, "full").data
     worst = data["re"].where(~data["neutral"]).max("branch").values
     assert np.all(worst[:2] > 1000) and np.all(worst[2:] < 0)
     assert data["neutral"].values.sum() == 3
@@ -85,12 +90,11 @@ def test_the_poles_taken_out_as_neutral_are_there() -> None:
 
 
 def test_labels_and_padding() -> None:
-    data = sweep_observers({"b": MACHINE, "a": MACHINE}, {"b": ("baseline", BASELINE), "a": ("consistent_12", ADAPTIVE)},
-                           grid(10.0, 20.0, 3))
+    data = pole_sweep({"b": KUBOTA, "a": SETUP}, {"omega": grid(10.0, 20.0, 3)}).data
     assert dict(data.sizes) == {"observer": 2, "omega": 3, "branch": 6}
     assert np.isnan(data["re"].sel(observer="b")).sum() == 6
     assert data["omega"].attrs["units"] == "rad/s" and data["re"].attrs["units"] == "1/s"
-    over = pole_sweep(MACHINE, "baseline", BASELINE, [0.3, 0.41, 0.8], over="R_r", point=OperatingPoint(30.0, None))
+    over = pole_sweep(KUBOTA, {"R_r": [0.3, 0.41, 0.8]}, OperatingPoint(30.0, None)).data
     assert over["R_r"].attrs["units"] == "ohm"
     again = poles_at(MACHINE.with_values(R_r=0.8), "baseline", BASELINE, OperatingPoint(30.0, None))
     assert np.sort(over["re"].values[2] + 1j * over["im"].values[2]) == pytest.approx(again, abs=1e-9)
@@ -101,16 +105,17 @@ def test_labels_and_padding() -> None:
     ([1.0, float("nan")], "omega", "not finite"),
     ([2.0, 1.0], "omega", "must increase"),
     ([1.0, 2.0], "k_2", "needs an operating point"),
-    ([1.0, 2.0], "mass", "needs an operating point"),
+    ([1.0, 2.0], "mass", "not a parameter"),
+    (["fast"], "omega", "must be numbers, in rad/s"),
 ])
 def test_refusals(values: list[float], over: str, message: str) -> None:
     with pytest.raises(InputError, match=message):
-        pole_sweep(MACHINE, "consistent_12", ADAPTIVE, values, over=over)
+        pole_sweep(SETUP, {over: values})
 
 
 def test_unknown_parameter() -> None:
     with pytest.raises(InputError, match="over = 'mass' is not a parameter of baseline"):
-        pole_sweep(MACHINE, "baseline", BASELINE, [1.0], over="mass", point=OperatingPoint(1.0, None))
+        pole_sweep(KUBOTA, {"mass": [1.0]}, OperatingPoint(1.0, None))
 
 
 @pytest.mark.parametrize(("arguments", "message"), [

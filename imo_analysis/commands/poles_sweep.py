@@ -1,0 +1,236 @@
+"""The sweeps of ``imo poles``: over one parameter, two, or a cloud of random points; their pictures and files."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from typing import TYPE_CHECKING, Any
+
+from imo_analysis.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from imo_analysis.pencils.setup import Setup
+    from imo_analysis.study import Study
+
+
+def wanted(args: argparse.Namespace) -> dict[str, tuple[float, float, int | None]] | None:
+    """What ``--over`` asks for, by name: both ends, and how many points; None where nothing is swept."""
+    if args.over is None:
+        if args.cloud is not None:
+            raise InputError(f"--cloud {args.cloud} needs ranges: --over NAME=A:B")
+        return {} if any((args.plot, args.map, args.out)) else None
+    over: dict[str, tuple[float, float, int | None]] = {}
+    for text in args.over:
+        name, sign, range_ = text.rpartition("=")
+        if not sign:
+            raise InputError(f"--over {text} must be NAME=START:STOP:COUNT, such as omega=-150:150:301")
+        name = name.strip()
+        if name in over:
+            raise InputError(f"--over {name} is given twice; choose two parameters that differ")
+        over[name] = _range(name, range_, args.cloud is not None)
+    return over
+
+
+def _range(name: str, text: str, cloud: bool) -> tuple[float, float, int | None]:
+    """Both ends, in SI units, and the count."""
+    from imo_analysis.pencils.sweep import described
+    from imo_analysis.quantity import si_value
+
+    words = [word.strip() for word in text.split(":")]
+    form = "START:STOP" if cloud else "START:STOP:COUNT"
+    if len(words) != (2 if cloud else 3):
+        raise InputError(f"--over {name}={text} must be NAME={form}" + (" with --cloud" if cloud else ""))
+    unit = described(name)["units"]
+    ends = []
+    for word in words[:2]:
+        try:
+            ends.append(float(word))
+        except ValueError:
+            ends.append(si_value(word, unit, f"--over {name}"))
+    bare = [_is_number(word) for word in words[:2]]
+    if bare[0] != bare[1]:
+        raise InputError(f"--over {name}={text}: {words[bare.index(True)]} has no unit and {words[bare.index(False)]} has one; "
+                         f"give both ends one, or neither for {unit}")
+    if not all(map(math.isfinite, ends)):
+        raise InputError(f"--over {name}={text} must have finite ends")
+    if cloud:
+        return ends[0], ends[1], None
+    try:
+        return ends[0], ends[1], int(words[2])
+    except ValueError:
+        raise InputError(f"--over {name}={text} must be NAME={form} with a whole number of points") from None
+
+
+def _is_number(word: str) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
+
+
+def sweep(
+    args: argparse.Namespace, study: Study, setups: dict[str, Setup], refused: dict[str, str],
+    over: dict[str, tuple[float, float, int | None]],
+) -> dict[str, Any]:
+    """Sweep, say what was found, draw and write; what goes into the JSON, under ``sweep`` or ``map``."""
+    from imo_analysis.commands.poles import left
+    from imo_analysis.pencils.error import OperatingPoint
+    from imo_analysis.pencils.sweep import ERROR, SweptKind, axes, evaluator
+
+    values = axes(_values(args, study, over), cloud=args.cloud is not None)
+    names = tuple(values)
+    if "omega" not in names and args.at is None:
+        raise InputError(f"--over {names[0]} needs the speed: --at OMEGA in rad/s")
+    kind: SweptKind = "frozen" if args.full is None else "full"
+    if kind == "full" and any(name.endswith(ERROR) for name in names):
+        kind = "settled"
+    point = OperatingPoint(0.0 if args.at is None else args.at, study.drive.flux, args.full or 0.0)
+    first = tuple(column[:1] for column in values.values())
+    setups = left(
+        setups, refused, lambda one: evaluator(one.machine, one.observer, one.gains, names, point, kind).moving(first))
+    if len(names) == 2 and args.cloud is None:
+        return {"map": _map(args, setups, values, point, kind)}
+    return {"sweep": _lines(args, setups, values, point, kind)}
+
+
+def _values(args: argparse.Namespace, study: Study, over: dict[str, tuple[float, float, int | None]]) -> dict[str, Any]:
+    from imo_analysis.pencils.sweep import grid
+
+    if not over:
+        span = study.poles.sweep
+        return {"omega": grid(span.start, span.stop, span.count, "poles.sweep")}
+    if args.cloud is None:
+        return {name: grid(start, stop, int(count or 0), f"--over {name}") for name, (start, stop, count) in over.items()}
+
+    import numpy as np
+
+    from imo_analysis.sweeps.distributions import draw
+
+    try:
+        count, seed = (int(word) for word in (args.cloud if ":" in args.cloud else f"{args.cloud}:1").split(":"))
+    except ValueError:
+        raise InputError(f"--cloud {args.cloud} must be COUNT or COUNT:SEED, whole numbers") from None
+    if not 1 <= count <= 1_000_000:
+        raise InputError(f"--cloud {args.cloud}: COUNT must be 1 to 1000000")
+    for name, (start, stop, _) in over.items():
+        if not start < stop:
+            raise InputError(f"--over {name}={start:g}:{stop:g} must have STOP above START")
+    index = np.arange(count, dtype=np.int64)
+    return {name: draw(name, {"uniform": [start, stop]}, 0.0, seed, index) for name, (start, stop, _) in over.items()}
+
+
+def _lines(args: argparse.Namespace, setups: dict[str, Setup], values: dict[str, Any], point: Any, kind: Any) -> dict[str, Any]:
+    from imo_analysis.pencils.maps import plot_plane
+    from imo_analysis.pencils.sweep import pole_sweep
+    from imo_analysis.pencils.table2 import table2
+
+    found = pole_sweep(setups, values, point, kind, cloud=args.cloud is not None)
+    data = found.data
+    title = "Poles of the error dynamics" + {"frozen": " at frozen speed", "full": ", with adaptation",
+                                             "settled": " where the observer rests"}[kind]
+    if args.plot:
+        _save(args, found.plot("against", title), args.plot)
+    if args.map and kind == "frozen" and tuple(values) == ("omega",) and args.cloud is None:
+        beside = table2(next(iter(setups.values())).machine,
+                        {label: (one.observer, one.gains) for label, one in setups.items()})
+        _save(args, plot_plane(data, title, printed=beside), args.map)
+    elif args.map:
+        _save(args, found.plot("plane", title), args.map)
+    if args.out:
+        _write(args, data)
+    summary = _summary(args, setups, data, values, point, kind)
+    if args.json:
+        summary |= {name: data[name].values for name in values}
+        summary |= {"re": data["re"].values, "im": data["im"].values, "dims": list(data["re"].dims), "observer": list(setups)}
+    return summary
+
+
+def _summary(
+    args: argparse.Namespace, setups: dict[str, Setup], data: xr.Dataset, values: dict[str, Any], point: Any, kind: Any
+) -> dict[str, Any]:
+    """Print, for each observer, the least damped moving pole, where the sweep is unstable, and where stability ends."""
+    import numpy as np
+
+    from imo_analysis.commands.output import say
+    from imo_analysis.pencils.boundaries import stability_boundaries
+
+    over = next(iter(values))
+    unstable: dict[str, int] = {}
+    limits: dict[str, list[dict[str, float]]] = {}
+    for label in data["observer"].values:
+        part = data.sel(observer=label)
+        moving = part["re"].where(~part["neutral"]).values
+        if not np.isfinite(moving).any():
+            say(args, f"{label}: has no state at rest at any point of the sweep")
+            continue
+        worst = np.nanmax(np.where(np.isfinite(moving), moving, -np.inf), axis=1)
+        at = int(np.argmax(worst))
+        unstable[str(label)] = int((worst > 1e-9 * np.nanmax(np.abs(moving))).sum())
+        where = ", ".join(f"{name} = {part[name].values[at]:g}" for name in values)
+        say(args, f"{label}: slowest pole {worst[at]:.4g} /s at {where}; unstable at {unstable[str(label)]} of {len(worst)} "
+            f"points; {int(part['neutral'].sum())} poles on the axis by structure")
+        if len(values) == 1 and args.cloud is None and np.all(np.isfinite(moving[:, ~part["neutral"].values])):
+            limits[str(label)] = stability_boundaries(setups[str(label)], values, point, kind)
+            for value in dict.fromkeys(round(one["value"], 9) for one in limits[str(label)]):
+                say(args, f"  a pole crosses the imaginary axis at {over} = {value:.10g}")
+    return {"over": ", ".join(values), "unstable": unstable, "boundaries": limits}
+
+
+def _map(args: argparse.Namespace, setups: dict[str, Setup], values: dict[str, Any], point: Any, kind: Any) -> dict[str, Any]:
+    from imo_analysis.commands.output import say
+    from imo_analysis.pencils.stability import stability_map
+    from imo_analysis.pencils.sweep import pole_sweep
+
+    if args.plot:
+        raise InputError("--plot draws over one parameter; use --map for two")
+    found = stability_map(setups, values, point, kind)
+    data = found.data
+    title = {"frozen": "At frozen speed", "full": "With adaptation", "settled": "Where the observer rests"}[kind]
+    if args.map:
+        _save(args, found.plot(args.show, title), args.map)
+    if args.out:
+        _write(args, pole_sweep(setups, values, point, kind).data)
+    x_name, y_name = values
+    for label, share in found.stable_share().items():
+        decay = data["decay"].sel(observer=label)
+        if not bool(decay.notnull().any()):
+            say(args, f"{label}: has no state at rest at any point of the map")
+            continue
+        best = decay.fillna(-float("inf")).argmax(...)
+        at = decay.isel({str(name): place for name, place in best.items()})
+        where = f"{x_name} = {float(at[x_name]):g}, {y_name} = {float(at[y_name]):g}"
+        if share == 0:
+            say(args, f"{label}: no stable point on this map; the least unstable is {where}, "
+                f"with a pole at {-float(at):+.4g} /s")
+        else:
+            say(args, f"{label}: stable at {share:.1%} of the points; fastest decay {float(at):.4g} /s at {where}")
+    result: dict[str, Any] = {"over": [x_name, y_name], "stable_share": found.stable_share()}
+    if args.json:
+        result |= {str(name): data[name].values for name in (x_name, y_name, *data.data_vars)}
+        result |= {"dims": list(data["decay"].dims), "observer": list(setups)}
+    return result
+
+
+def _save(args: argparse.Namespace, figure: Any, path: str) -> None:
+    from imo_analysis.commands.output import say
+    from imo_analysis.drawing import save_svg
+
+    save_svg(figure, path)
+    say(args, f"wrote {path}")
+
+
+def _write(args: argparse.Namespace, data: xr.Dataset) -> None:
+    """The poles as NetCDF or CSV by the ending; in CSV without the lines that only pad."""
+    from imo_analysis.commands.output import say
+    from imo_analysis.files import replacing
+    from imo_analysis.simulation.runfile import write_netcdf
+
+    with replacing(args.out) as beside:
+        if args.out.endswith(".nc"):
+            write_netcdf(data.assign_coords(neutral=data["neutral"].astype("int8")), beside)
+        else:
+            data.to_dataframe().reset_index().dropna(subset=["re"]).to_csv(beside, index=False)
+    say(args, f"wrote {args.out}")
