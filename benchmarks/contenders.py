@@ -56,26 +56,34 @@ def task(samples: int, settled: float = 0.0) -> Task:
     y = np.array(study.observers[KIND].initial_values)
     start = Task(study, before, x, c, y, np.ascontiguousarray(inputs(study, 0, before)))
     if before:
-        x, y, c = _ours(start)
+        x, y, c = prepared(start)()
         start = Task(study, before, x, c, y, start.inputs)
     return Task(study, samples, start.x, start.c, start.y, np.ascontiguousarray(inputs(study, before, samples)))
 
 
-def _ours(task: Task) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def prepared(task: Task) -> Callable[[], tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """The kernel of `imo simulate` with its arguments made beforehand: what one call of the others costs beside it.
+
+    Returns the states of machine, observer and drive at the end of the task.
+    """
     study, machine = task.study, task.study.machine
-    x, c, y = task.x.copy(), task.c.copy(), task.y.copy()
+    run, sensor, friction = kernel(Loop((KIND,))), (1.0, 1.0, 0.0, 0.0, 0.0), machine.B / machine.n_p
+    p, d, believed = machine.plant_parameters, drive_parameters(study), machine.observer_parameters
+    gains, substeps = study.observers[KIND].gain_values, study.simulation.substeps
     out, lost = np.empty((-(-task.samples // 10), 17)), np.full(2, -1)
-    kernel(Loop((KIND,)))(0, task.samples, 10, 1e-4, study.simulation.substeps, BOUND, x, c, task.inputs,
-                          (1.0, 1.0, 0.0, 0.0, 0.0), machine.plant_parameters, machine.B / machine.n_p,
-                          drive_parameters(study), out, lost, y, machine.observer_parameters,
-                          study.observers[KIND].gain_values)
-    return x, y, c
+
+    def call() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        x, c, y = task.x.copy(), task.c.copy(), task.y.copy()
+        run(0, task.samples, 10, 1e-4, substeps, BOUND, x, c, task.inputs, sensor, p, friction, d, out, lost, y, believed,
+            gains)
+        return x, y, c
+
+    return call
 
 
 def ours(task: Task) -> np.ndarray:
-    """The kernel of `imo simulate`."""
-    x, y, _ = _ours(task)
-    return np.concatenate([x, y])
+    """The kernel of `imo simulate`: the 13 states at the end."""
+    return np.concatenate(prepared(task)()[:2])
 
 
 @cache
@@ -192,27 +200,6 @@ def _rk4(rates: Callable[..., list[float]], T: float) -> Callable[..., np.ndarra
 def plain_python(task: Task) -> np.ndarray:
     """The definitions called as they are, RK4, one step a sample: what the compiled kernel does, without compiling it."""
     return _sampled(task, _rk4(_rates(task), task.study.simulation.sample_time))
-
-
-def motulator(seconds: float) -> float:
-    """motulator's own sensorless vector control of the same machine at 10 kHz: its way, not our trajectory; final speed."""
-    from motulator.drive import model
-    from motulator.drive.control import im
-    from motulator.drive.utils import InductionMachineInvGammaPars, InductionMachinePars
-
-    machine = Study.paper().machine
-    form = machine.inverse_gamma()
-    parameters = InductionMachineInvGammaPars(n_p=machine.n_p, R_s=form["R_s"], R_R=form["R_R"], L_sgm=form["L_sgm"],
-                                              L_M=form["L_M"])
-    plant = model.Drive(model.VoltageSourceConverter(u_dc=700.0),
-                        model.InductionMachine(InductionMachinePars.from_inv_gamma_model_pars(parameters)),
-                        model.StiffMechanicalSystem(J=machine.J))
-    reference = im.CurrentReferenceCfg(parameters, max_i_s=60.0)
-    loop = im.CurrentVectorControl(parameters, reference, J=machine.J, T_s=1e-4, sensorless=True)
-    loop.ref.w_m = lambda t: 20.0 if t < seconds / 5 else 40.0
-    simulation = model.Simulation(plant, loop)
-    simulation.simulate(t_stop=seconds)
-    return float(plant.data.mechanics.w_M[-1]) if hasattr(plant, "data") else float(plant.mechanics.data.w_M[-1])
 
 
 # Batches -------------------------------------------------------------------------------------------------------------------

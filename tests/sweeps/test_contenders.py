@@ -9,7 +9,7 @@ import os
 import numpy as np
 import pytest
 
-from benchmarks import c_code, contenders
+from benchmarks import c_code, contenders, motulator_way
 
 pytestmark = pytest.mark.slow
 needs_c = pytest.mark.skipif(c_code.compiler() is None and os.environ.get("CI") != "true",
@@ -93,4 +93,10 @@ def test_motulator_has_the_same_machine(task):
 
 def test_motulator_runs_its_own_drive():
     pytest.importorskip("motulator")
-    assert np.isfinite(contenders.motulator(0.01))
+    assert np.isfinite(motulator_way.own_drive(0.01))
+
+
+def test_motulator_runs_our_drive_and_observer_along_our_trajectory(task, exact):
+    """Its machine, its loop and its solver, with our drive and observer put in: the same 13 states."""
+    pytest.importorskip("motulator")
+    assert off(motulator_way.same_task(task), exact) < 1e-9
