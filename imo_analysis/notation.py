@@ -104,6 +104,37 @@ def _table() -> dict[str, Symbol]:
 SYMBOLS: dict[str, Symbol] = _table()
 
 
+def _shorthands() -> dict[str, Symbol]:
+    rows = [
+        ("i", r"i", "A", "stator current as a d/q pair, i_ds + j i_qs in complex shorthand"),
+        ("i_d", r"i_d", "A", "stator current along the rotor flux, or d axis of any frame"),
+        ("i_q", r"i_q", "A", "stator current across the rotor flux, or q axis of any frame"),
+        ("u", r"u", "V", "stator voltage as a d/q pair"),
+        ("u_d", r"u_d", "V", "stator voltage, d axis of any frame"),
+        ("u_q", r"u_q", "V", "stator voltage, q axis of any frame"),
+        ("z", r"z", "A", "z_1 and z_2 as a pair"),
+        ("xi", r"\xi", "A", "xi_1 and xi_2 as a pair"),
+        ("phi", r"\phi", "Wb", "rotor flux linkage as a pair"),
+        ("psi", r"\psi", "Wb", "magnitude of the rotor flux linkage"),
+        ("psi_0", r"\psi_0", "Wb", "its mean where it is modulated"),
+        ("psi_ds", r"\psi_{ds}", "Wb", "stator flux linkage, d axis"),
+        ("psi_qs", r"\psi_{qs}", "Wb", "stator flux linkage, q axis"),
+        ("v_1", r"v_1", "A", "how an error of alpha acts on the currents, a pair: xi_hat - (1 + beta L_m) i"),
+        ("v_2", r"v_2", "A", "how an error of the speed acts on the currents, a pair: -j (z_hat - i_hat)"),
+        ("w", r"w", "A/s", "what the currents see of the errors of xi and z, a pair: alpha xi_tilde - j omega z_tilde"),
+        ("w_1", r"w_1", "A/s", "w, d axis"),
+        ("w_2", r"w_2", "A/s", "w, q axis"),
+        ("q_1", r"q_1", "A/s", "what the repaired observer conserves, d axis"),
+        ("q_2", r"q_2", "A/s", "what the repaired observer conserves, q axis"),
+        ("omega_s", r"\omega_s", "rad/s", "stator_frequency, in formulas"),
+        ("T_e", r"T_e", "N m", "torque, in formulas"),
+    ]
+    return {row[0]: Symbol(*row, source="ours") for row in rows}
+
+
+SHORTHANDS: dict[str, Symbol] = _shorthands()  # in texts only: no data set and no file has these names
+
+
 def symbol(name: str) -> Symbol:
     """The symbol for a name, with the suffixes ``_hat``, ``_tilde`` and ``_dot`` taken apart.
 
