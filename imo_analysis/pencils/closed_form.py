@@ -6,8 +6,8 @@ all observers but those with the z feedback of (7): m poles stay at zero, two ar
 conjugates. The z feedback of (7) does not commute: its quartic ``(s^2 + a s + d)^2 + omega^2 (s^2 - w^2)`` has no such factors.
 
 The root of larger magnitude comes first, from the sum in which nothing cancels; the other is q over it. Each is right to
-``2e-15 sqrt(1 + |p|^2 / |p^2 - 4 q|)``, relatively: 2e-15 but for near-double roots, which rounding of p and q alone
-moves that far.
+``1e-15 sqrt(1 + |p|^2 / |p^2 - 4 q|)``, relatively: 1e-15 but for near-double roots, which rounding of p and q alone
+moves that far; and times what p or q loses where its own terms cancel.
 """
 
 from __future__ import annotations
@@ -141,9 +141,10 @@ def pairs(form: ClosedForm, values: Mapping[str, Any], out: np.ndarray | None = 
     else:
         vectors = {name: np.ascontiguousarray(np.broadcast_to(array, shape)).reshape(-1)
                    for name, array in given.items() if array.ndim}
-        if "omega" in vectors:
+        if "omega" in vectors:  # the loop finds the direction itself
             vectors.pop("direction", None)
-        fixed = [float(array) for name, array in given.items() if name not in vectors and not array.ndim]
+            given.pop("direction", None)
+        fixed = [float(array) for name, array in given.items() if name not in vectors]
         _kernel(form.observer, tuple(vectors))(*vectors.values(), *fixed, *found)
     return found.reshape(4, *shape)
 

@@ -227,7 +227,7 @@ def described(name: str) -> dict[str, str]:
         field = symbol(name.removesuffix(ERROR))
     except InputError:
         if name != "flux":
-            raise InputError(f"{name!r} is neither a parameter nor a gain; names are those of Table I: omega, R_r, ...") from None
+            raise InputError(f"{name!r} is neither a parameter nor a gain; names are as in Table I: omega, R_r, ...") from None
     if name.endswith(ERROR):
         return {"units": "1", "long_name": f"relative error of the {field.meaning} believed",
                 "latex": rf"\Delta {field.latex} / {field.latex}"}
