@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from imo_analysis.equations import parameters, plant, transformation
-from imo_analysis.equations.catalogue import PARAMETERS
+from imo_analysis.equations import across, parameters, plant, supervised, transformation
+from imo_analysis.equations.catalogue import PARAMETERS, RUNNING_GRAM
 from imo_analysis.errors import InputError
 from imo_analysis.machine import InductionMachine
 from imo_analysis.notation import symbol
@@ -151,6 +151,8 @@ def arguments(
         values |= point.quantities([values[name] for name in PARAMETERS])
     values |= gain_values(derived.observer, gains, needed)
     values |= {name: value for name, value in changes.items() if name in observer.gains}
+    if derived.kind == "full" and set(RUNNING_GRAM) & set(observer.states):
+        values |= means_at_rest(values)
     values["omega"] = omega
     if "direction" in derived.arguments:
         values["direction"] = np.where(omega < 0, -1.0, 1.0)
@@ -160,6 +162,24 @@ def arguments(
             "has a kink and no linearisation"
         )
     return values
+
+
+def means_at_rest(values: Mapping[str, Any]) -> dict[str, Any]:
+    """The filters of the supervised observer where all estimates are right, in the frame of the flux.
+
+    Their rows are affine in what they filter, so each is solved for from its values at zero and one.
+    """
+    eta, frame = values["eta"], values["stator_frequency"]
+    x = (values["i_ds"], values["i_qs"], values["z_1"], values["z_2"], values["xi_1"], values["xi_2"])
+    v_1, v_2 = across.directions(x, values["L_m"], values["beta"])
+    still = (0.0, 0.0)
+    forced = supervised.running_gram(v_1, v_2, (*still, *still), 0.0, eta)
+    leak = supervised.running_gram(still, still, (1.0, 0.0, *still), 0.0, eta)[0]
+    means = [(forced[k] + 1j * forced[k + 1]) / (1j * frame - leak) for k in (0, 2)]
+    turning = tuple(part for mean in means for part in (np.real(mean), np.imag(mean)))
+    drive = supervised.running_gram(v_1, v_2, turning, 0.0, eta)[4]
+    leak = supervised.running_gram(still, still, (*still, *still), 1.0, eta)[4]
+    return dict(zip(RUNNING_GRAM, (*turning, -drive / leak), strict=True))
 
 
 def frozen_matrix(

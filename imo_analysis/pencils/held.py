@@ -94,7 +94,7 @@ def held_rates(name: str) -> HeldRates:
     rates = dict(zip(observer.states, observer.rates(x, i, u, direction, p, gains), strict=True))
     if rates.pop("alpha_hat", 0) != 0:
         raise AssertionError(f"{name}: alpha_hat moves although g is 0")
-    for d, q in pairs(state for state in rates if state != "omega_hat"):
+    for d, q in pairs(rates):
         rates[d] += frame * symbols[q]
         rates[q] -= frame * symbols[d]
     flux = dict(zip(_FLUX, observer.flux(x, i, symbols["beta"]), strict=True))

@@ -25,6 +25,7 @@ from imo_analysis.errors import InputError
 
 Kind = Literal["frozen", "full"]
 _ADAPTED = ("alpha", "omega")
+_SCALARS = (*_ADAPTED, "S")
 _NOISE = ("i_ds_noise", "i_qs_noise", "u_ds_error", "u_qs_error")
 
 
@@ -95,19 +96,20 @@ def jacobian(name: str, kind: Kind = "frozen") -> Jacobian:
     ------
     InputError
         If the observer is not known, or ``full`` is asked for one whose equations change under a rotation of the axes: about
-        a turning flux its linearisation is not time-invariant in any frame.
+        a turning flux its linearisation is not time-invariant in any frame (see `imo_analysis.pencils.floquet`).
     """
-    observer = known_observer(name)
     if kind == "full" and not commutes_with_rotation(name):
         raise InputError(
             f"observer = {name!r} has no time-invariant linearisation about a turning flux: its z feedback changes when the "
-            "axes turn; use the frozen-speed poles"
+            "axes turn; use the frozen-speed poles, or its Floquet exponents (imo_analysis.pencils.floquet)"
         )
-    if kind == "full" and set(RUNNING_GRAM) & set(observer.states):
-        raise InputError(
-            f"observer = {name!r} has no time-invariant linearisation: its running means never rest; use the frozen-speed "
-            "poles, or those of across, which it is while its gate is open"
-        )
+    return derive(name, kind)
+
+
+@cache
+def derive(name: str, kind: Kind) -> Jacobian:
+    """As `jacobian`, but without asking whether the result is time-invariant: ``full`` holds at an instant for any observer."""
+    observer = known_observer(name)
     bases = [state.removesuffix("_hat") for state in observer.states]
     kept = [base for base in bases if kind == "full" or base not in (*_ADAPTED, *RUNNING_GRAM)]
     true = {base: sp.Symbol(base, real=True) for base in (*bases, "i_ds", "i_qs")}
@@ -143,9 +145,9 @@ def jacobian(name: str, kind: Kind = "frozen") -> Jacobian:
             outputs[base] = truth - flux[k]
 
     variables = [*errors.values(), *noise.values(), *moving.values()]
-    at_rest = dict.fromkeys(variables, sp.Integer(0))
+    at_rest = dict.fromkeys(variables, sp.Integer(0)) | aliases
     rows = [*difference.values(), *outputs.values()]
-    matrix = sp.Matrix([[sp.diff(row, variable).subs(at_rest).subs(aliases) for variable in variables] for row in rows])
+    matrix = sp.Matrix([[sp.diff(row, variable).xreplace(at_rest) for variable in variables] for row in rows])
     if kind == "frozen":
         matrix = matrix.applyfunc(sp.cancel)
     arguments = [*PARAMETERS, *gains, *(s.name for s in true.values() if s.name not in parameters), "direction",
@@ -188,8 +190,8 @@ def true_rates(true: Any, voltages: Any, p: Any) -> dict[str, Any]:
 
 
 def pairs(names: Any) -> list[tuple[str, str]]:
-    """The d/q pairs among state names, without the scalars alpha and omega."""
-    vectors = [name for name in names if name not in _ADAPTED]
+    """The d/q pairs among state names, without the scalars alpha, omega and S."""
+    vectors = [name for name in names if name.removesuffix("_hat") not in _SCALARS]
     return list(zip(vectors[::2], vectors[1::2], strict=True))
 
 
@@ -211,8 +213,7 @@ def commutes_with_rotation(name: str) -> bool:
 
     def turned(x: Any) -> tuple[Any, ...]:
         values = dict(zip(observer.states, x, strict=True))
-        vectors = [state for state in observer.states if state not in ("alpha_hat", "omega_hat", "S")]
-        for d, q in zip(vectors[::2], vectors[1::2], strict=True):
+        for d, q in pairs(observer.states):
             values[d], values[q] = turn((values[d], values[q]))
         return tuple(values.values())
 

@@ -3,6 +3,7 @@
 from typing import Any
 
 import numpy as np
+import oracle_linearisation
 import pytest
 from oracle_pencils import frozen_poles
 
@@ -55,33 +56,36 @@ def test_frozen_poles_by_three_routes(name: str, omega: float) -> None:
     same(np.concatenate([reduced, np.zeros(len(computed) - len(reduced))]), computed, 1e-9 * scale)
 
 
-def _complex_step(name: str, point: OperatingPoint) -> np.ndarray:
-    """The full linearisation by complex steps of the observer's rates alone: plant rates do not depend on the errors."""
-    observer = OBSERVERS[name]
-    at = point.quantities(MACHINE.observer_parameters) | {"alpha": MACHINE.alpha, "omega": point.omega}
-    x = np.array([at[state.removesuffix("_hat")] for state in observer.states], dtype=complex)
-    n = len(x)
-    direction = -1.0 if point.omega < 0 else 1.0
-    A = np.zeros((n, n))
-    for k in range(n):
-        moved = x.copy()
-        moved[k] += 1e-30j
-        rates = observer.rates(tuple(moved), (at["i_ds"], at["i_qs"]), (at["u_ds"], at["u_qs"]), direction,
-                               MACHINE.observer_parameters, tuple(gains(name).values()))
-        A[:, k] = np.imag(np.array(rates)) / 1e-30
-    for k, state in enumerate(observer.states[::2]):
-        if state not in ("alpha_hat", "omega_hat"):
-            A[2 * k, 2 * k + 1] += at["stator_frequency"]
-            A[2 * k + 1, 2 * k] -= at["stator_frequency"]
-    return A
+@pytest.mark.parametrize("name", OBSERVERS)
+@pytest.mark.parametrize("omega", [60.0, -20.0])
+def test_frozen_linearisation_against_complex_steps(name: str, omega: float) -> None:
+    parameters = dict(zip(PARAMETERS, MACHINE.observer_parameters, strict=True))
+    expected = oracle_linearisation.frozen(name, parameters, gains(name), omega)
+    A = frozen_matrix(MACHINE, name, gains(name), omega)
+    assert np.abs(A - expected).max() < 1e-12 * np.abs(A).max()
 
 
-@pytest.mark.parametrize("name", [name for name in OBSERVERS if name != "supervised" and not name.endswith("printed_7")])
+@pytest.mark.parametrize("name", [name for name in OBSERVERS if not name.endswith("printed_7")])
 @pytest.mark.parametrize("point", [OperatingPoint(60.0, 0.5307, 3.0), OperatingPoint(-20.0, 0.4, 1.0)])
 def test_full_linearisation_against_complex_steps(name: str, point: OperatingPoint) -> None:
+    parameters = dict(zip(PARAMETERS, MACHINE.observer_parameters, strict=True))
+    expected = oracle_linearisation.full(name, parameters, gains(name), point.omega, point.flux, point.slip)
     A = full_matrix(MACHINE, name, gains(name), point)
-    assert np.abs(A - _complex_step(name, point)).max() < 1e-9 * np.abs(A).max()
-    same(poles(A), full_pencil(MACHINE, name, gains(name), point).poles(), 1e-7 * np.abs(poles(A)).max())
+    assert np.abs(A - expected).max() < 1e-12 * np.abs(A).max()
+    same(poles(A), np.linalg.eigvals(expected), 1e-9 * np.abs(poles(A)).max())
+    same(poles(A), full_pencil(MACHINE, name, gains(name), point).poles(), 1e-9 * np.abs(poles(A)).max())
+
+
+def test_the_supervisor_rests_in_the_turning_frame() -> None:
+    """Its filters follow the regressors with the lag of a low-pass filter; the gate is shut, and its poles are the filters'."""
+    point = OperatingPoint(60.0, 0.5307, 3.0)
+    own = gains("supervised")
+    with_filters = poles_at(MACHINE, "supervised", own, point, "full")
+    for pole in (-own["eta"], -own["eta"] + 63j, -own["eta"] - 63j):
+        assert np.abs(with_filters - pole).min() < 1e-9
+    rest = poles_at(MACHINE, "across", gains("across") | {"g": 0.0}, point, "full")
+    distance = np.abs(rest[:, None] - with_filters[None, :]).min(axis=1)
+    assert distance.max() < 1e-6
 
 
 def test_the_operating_point_is_at_rest() -> None:
