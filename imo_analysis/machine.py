@@ -216,7 +216,15 @@ PRESETS: dict[str, InductionMachine] = {
     "table-iii-printed-alpha": InductionMachine(
         **{**_TABLE_III, "R_r": 9.9354 * 61.9e-3}, name="table-iii-printed-alpha",
         source=f"{_PAPER}; R_r = 0.615 ohm so that alpha is the printed 9.9354 /s"),
+    # Motors to try things on besides the paper's.
+    "motulator-2.2-kw": InductionMachine.from_inverse_gamma(
+        n_p=2, R_s=3.7, R_R=2.1, L_sgm=0.021, L_M=0.224, J=0.015, name="motulator-2.2-kw",
+        source="2.2 kW, 400 V, 50 Hz, 5 A, 14.6 N m: the induction machine of the examples of Aalto-Electric-Drives/motulator"),
+    "modelica-50-hp": InductionMachine(
+        n_p=2, R_s=0.09961, R_r=0.05837, L_m=0.03039, L_s=0.031257, L_r=0.031257, J=0.4, name="modelica-50-hp",
+        source="50 hp, 460 V, 60 Hz: record IM_50HP_460V_60Hz of the Modelica library lbl-srg/modelica-buildings"),
 }
+PAPER_PRESETS = ("table-iii", "table-iii-printed-alpha")
 
 
 def preset(name: object, where: str = "machine") -> InductionMachine:

@@ -2,7 +2,7 @@
 
 Tables: ``[machine]``, ``[simulation]``, ``[initial]``, ``[reference]``, ``[load]``, ``[drive]``, ``[sensors]``,
 ``[inverter]``, ``[mechanics]``, ``[saturation]``, ``[observers.NAME]``, ``[excitation]``, ``[poles]``, ``[replay]``,
-``[sweep]``, ``[[windows]]``, and overlays ``[scenarios.NAME]`` over all of them.
+``[sweep]``, ``[tuning]``, ``[[windows]]``, and overlays ``[scenarios.NAME]`` over all of them.
 Their keys are in `imo_analysis.study_tables` and `imo_analysis.study_realism`; the built-in study of the paper is
 ``study_paper.toml`` beside this file.
 """
@@ -41,6 +41,7 @@ from imo_analysis.study_tables import (
     Table,
     Window,
 )
+from imo_analysis.study_tuning import Tuning
 from imo_analysis.toml_writer import toml_text
 
 # Names that become part of file names and of the columns of tables.
@@ -73,6 +74,7 @@ class Study(Table):
     replay: Replay = Replay()
     windows: tuple[Window, ...] = ()
     sweep: Sweep = Sweep()
+    tuning: Tuning = Tuning()
     scenarios: dict[str, dict[str, Any]] = Field(default={})
     data: dict[str, Any] = Field(default={}, repr=False, exclude=True)
 

@@ -8,7 +8,8 @@ from pathlib import Path
 from imo_analysis.errors import InputError
 
 DESCRIPTION = """Write a study to start from, commented, or check a study and say what is in it. Without --machine it is the
-paper's; with a machine file that has a [nameplate], one of that motor: rated flux, speed and torque, gains that fit."""
+paper's; with a machine, the paper's scaled to it, gains by the rule of thumb (imo_analysis.tuning.rule); with a machine file
+that has a [nameplate], one of that motor: rated flux, speed and torque, gains that fit."""
 EXAMPLE = "imo study --init study.toml\n  imo study --init study.toml --machine motor.toml\n  imo study study.toml"
 
 
@@ -17,6 +18,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("study", nargs="?", metavar="STUDY.toml", help="study to check; the paper's where left out")
     parser.add_argument("--init", metavar="FILE", help="write a study to FILE")
     parser.add_argument("--machine", metavar="FILE", help="with --init: machine file or preset in place of the paper's")
+    parser.add_argument("--flux", metavar="WB", type=float, help="with --machine: rated rotor flux; estimated where left out")
     parser.add_argument("--force", action="store_true", help="let --init overwrite a file")
 
 
@@ -28,12 +30,16 @@ def run(args: argparse.Namespace) -> int:
 
     check_places(args)
     if args.init is not None:
+        if args.flux is not None and not args.machine:
+            raise InputError(f"--flux {args.flux:g} goes with --machine FILE; the paper's study has its own")
         if args.study:
             raise InputError(f"study = {args.study} cannot be given with --init; leave one of the two out")
         if Path(args.init).exists() and not args.force:
             raise InputError(f"{args.init} exists already; choose another name, or --force to overwrite it")
-        write_text(args.init, _with_machine(args.machine) if args.machine else paper_text())
+        write_text(args.init, _with_machine(args.machine, args.flux) if args.machine else paper_text())
         say(args, f"wrote {args.init}; now: imo simulate {args.init} --out run.nc")
+    elif args.flux is not None:
+        raise InputError(f"--flux {args.flux:g} goes with --init FILE --machine FILE; the flux of a study is its drive.flux")
     elif args.machine:
         raise InputError(f"--machine {args.machine} goes with --init FILE; write the machine of a study into its [machine]")
     place = args.study or args.init
@@ -52,19 +58,20 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _with_machine(name: str) -> str:
-    """The study of a machine with a name plate, or the paper's with this machine in it; checked with all its scenarios."""
+def _with_machine(name: str, flux: float | None) -> str:
+    """The study of a machine with a name plate, or the paper's rewritten for this machine; checked with all its scenarios."""
     from imo_analysis.commands.study_own import own_text, plated
     from imo_analysis.files import read_toml
-    from imo_analysis.machine import PRESETS, InductionMachine
+    from imo_analysis.machine import PAPER_PRESETS, PRESETS, InductionMachine
     from imo_analysis.study import Study, paper_text
+    from imo_analysis.tuning.start import study_text
 
+    if name in PAPER_PRESETS and flux is None:  # the paper's flux and gains are theirs
+        return paper_text().replace('preset = "table-iii-printed-alpha"', f'preset = "{name}"')
     if name not in PRESETS and "nameplate" in (data := read_toml(name)):
+        if flux is not None:
+            raise InputError(f"--flux {flux:g} cannot be given with a [nameplate], which gives the flux; leave one of the two out")
         text = own_text(*plated(data, name))
         Study.from_toml(text, "the study of this motor")
         return text
-    machine = PRESETS[name] if name in PRESETS else InductionMachine.load(name)
-    before, rest = paper_text().split("[machine]\n")
-    text = f"{before}{machine.to_toml()}\n[simulation]\n{rest.split('[simulation]' + chr(10), 1)[1]}"
-    Study.from_toml(text, "the study with this machine")
-    return text
+    return study_text(PRESETS[name] if name in PRESETS else InductionMachine.load(name), flux)

@@ -164,7 +164,7 @@ def test_study_init_with_another_machine(folder, capsys):
     (folder / "motor.toml").write_text('R_s = "7.5 ohm"\nn_p = 2\nR_r = 5.6\nL_m = 0.42\nL_s = 0.445\nL_r = 0.445\nJ = 0.003\n')
     assert main(["study", "--init", "mine.toml", "--machine", "motor.toml", "--json", "mine.json"]) == 0
     assert json.loads((folder / "mine.json").read_text())["study"]["machine"]["R_s"] == 7.5
-    assert "# Field-oriented control on the measured speed." in (folder / "mine.toml").read_text()
+    assert "# Gains by the rule of thumb" in (folder / "mine.toml").read_text()
     assert main(["simulate", "mine.toml", "--scenario", "real", "--out", "real.nc"]) == 0
 
 

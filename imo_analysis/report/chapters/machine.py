@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from imo_analysis.machine import PRESETS, InductionMachine
+from imo_analysis.machine import PAPER_PRESETS, PRESETS, InductionMachine
 from imo_analysis.notation import symbol
 from imo_analysis.paper.statements import ALPHA_START
 from imo_analysis.report.page import Chapter, Html, answer, join, prose, table, tag
@@ -17,7 +17,9 @@ _DERIVED = ("sigma", "alpha", "beta", "gamma", "mu")
 def machine_chapter(machine: InductionMachine) -> Chapter:
     """The study's machine; where it is the paper's, beside both readings of Table III."""
     papers = is_paper(machine)
-    columns: dict[str, InductionMachine] = {"this study": machine, **(PRESETS if papers else {})}
+    columns: dict[str, InductionMachine] = {"this study": machine}
+    if papers:
+        columns |= {name: PRESETS[name] for name in PAPER_PRESETS}
     head = ("", "unit", "meaning", *columns)
     numeric = range(3, len(head))
 
