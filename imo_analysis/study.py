@@ -53,6 +53,8 @@ class Study(Table):
 
     Attributes
     ----------
+    title : str
+        What the study is called in figures, files and dossier.
     data : dict
         The study as plain data with the machine file resolved: what `to_toml` writes.
     """

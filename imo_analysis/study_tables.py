@@ -99,7 +99,17 @@ def _profile(time: tuple[float, ...], values: tuple[float, ...], name: str) -> N
 
 
 class Reference(Table):
-    """``[reference]``: electrical speed over time, held between the times (steps) or joined by lines (linear)."""
+    """``[reference]``: electrical speed over time.
+
+    Attributes
+    ----------
+    shape : str
+        ``steps``: held from each time to the next; ``linear``: joined by lines.
+    time : tuple of float
+        In s, from 0 on, rising.
+    omega : tuple of float
+        Electrical speed at each time in rad/s.
+    """
 
     shape: Literal["steps", "linear"] = "steps"
     time: tuple[Seconds, ...]
@@ -112,7 +122,15 @@ class Reference(Table):
 
 
 class Load(Table):
-    """``[load]``: load torque on the shaft over time, as `Reference`. It acts as written in both directions of rotation."""
+    """``[load]``: load torque on the shaft over time. It acts as written in both directions of rotation.
+
+    Attributes
+    ----------
+    shape, time : str, tuple of float
+        As in ``[reference]``.
+    T_l : tuple of float
+        Load torque at each time in N m.
+    """
 
     shape: Literal["steps", "linear"] = "steps"
     time: tuple[Seconds, ...] = (0.0,)
@@ -290,14 +308,30 @@ class ObserverSettings(Table):
 
 
 class Excitation(Table):
-    """``[excitation]``: the sliding window of the Gram matrix (19), and the distance between windows, in s."""
+    """``[excitation]``: the windows of the Gram matrix (19).
+
+    Attributes
+    ----------
+    window : float
+        Length T of a window in s.
+    every : float
+        From the start of a window to that of the next, in s.
+    """
 
     window: Seconds = Field(default=0.5, gt=0)
     every: Seconds = Field(default=0.1, gt=0)
 
 
 class Sweep(Table):
-    """Equally spaced speeds, both ends included."""
+    """Equally spaced speeds, both ends included.
+
+    Attributes
+    ----------
+    start, stop : float
+        The first and the last speed in rad/s.
+    count : int
+        How many.
+    """
 
     start: Speed
     stop: Speed
@@ -313,14 +347,30 @@ class Sweep(Table):
 
 
 class Poles(Table):
-    """``[poles]``: the speeds at which the frozen-speed poles are computed."""
+    """``[poles]``: the speeds at which the frozen-speed poles are computed.
+
+    Attributes
+    ----------
+    omega : tuple of float
+        Speeds of the table in rad/s.
+    sweep : Sweep
+        Speeds of the figures.
+    """
 
     omega: tuple[Speed, ...] = Field(default=(30.0, 60.0, 100.0), min_length=1)
     sweep: Sweep = Sweep(start=-150.0, stop=150.0, count=301)
 
 
 class Window(Table):
-    """``[[windows]]``: a stretch of the run shown larger."""
+    """``[[windows]]``: a stretch of the run shown larger.
+
+    Attributes
+    ----------
+    title, caption : str
+        Of the figure.
+    start, stop : float
+        From when to when, in s.
+    """
 
     title: str = "window"
     start: Seconds = Field(ge=0)

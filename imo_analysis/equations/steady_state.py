@@ -2,7 +2,7 @@
 
 The rotor rows of (1) give the current that a flux needs, so that with converged estimates both regressors follow from the
 flux alone: v_2 = -j beta phi and v_1 = (beta / alpha) (j omega phi - phi'), for any motion. The modulated flux is
-psi = psi_0 (1 + depth cos(Omega t)) at constant omega; means are over whole periods, in A^2.
+psi = psi_0 (1 + depth cos(frequency t)) at constant omega; means are over whole periods, in A^2.
 """
 
 
@@ -35,7 +35,7 @@ def gram_constant_torque(psi, depth, root, frequency, slip, alpha, beta):
 
 
 def determinant(gram):
-    """g_11 g_22 - g_12^2 of a triple ``(g_11, g_12, g_22)``."""
+    """g_11 g_22 - g_12^2 of a triple ``gram`` = ``(g_11, g_12, g_22)``."""
     return gram[0] * gram[2] - gram[1] * gram[1]
 
 
@@ -45,7 +45,7 @@ def slip_of_torque(torque, psi, n_p, L_r, alpha):
 
 
 def speed_information(psi, beta, stator_frequency, duration, cosine):
-    """What a window of constant flux tells of omega when w is not known, in A^2 s.
+    """What a window of constant flux and length T, ``duration`` in s, tells of omega when w is not known, in A^2 s.
 
     The Schur complement of the 4x4 Gram integral: beta^2 psi^2 (T - 2 (1 - cos(omega_s T)) / (omega_s^2 T)), where
     ``cosine`` is cos(omega_s T). It falls as omega_s^2 T^3 / 12 towards zero stator frequency.

@@ -104,7 +104,10 @@ def complex_matrix(matrix: Any) -> Any:
 
 
 def larger_first(p_re, p_im, q_re, q_im):  # type: ignore[no-untyped-def]
-    """Both roots of ``s^2 + p s + q``, real and imaginary part of the larger, then of the other. Floats; also compiled."""
+    """Both roots of ``s^2 + p s + q``, real and imaginary part of the larger, then of the other. Floats; also compiled.
+
+    ``p_re``, ``p_im``, ``q_re``, ``q_im`` are the parts of p and q.
+    """
     d_re = (p_re - p_im) * (p_re + p_im) - 4 * q_re
     d_im = 2 * p_re * p_im - 4 * q_im
     long = math.sqrt(0.5 * (math.sqrt(d_re * d_re + d_im * d_im) + abs(d_re)))

@@ -1,4 +1,4 @@
-"""The table of `simulation.feature_costs` as a picture: error of the estimated speed, a row a feature, a mark an observer."""
+"""The table of `sweeps.feature_costs` as a picture: error of the estimated speed, a row a feature, a mark an observer."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def feature_costs_figure(data: xr.Dataset) -> Figure:
     Parameters
     ----------
     data : xarray.Dataset
-        From `simulation.feature_costs.feature_costs`.
+        From `sweeps.feature_costs.feature_costs`.
 
     Returns
     -------

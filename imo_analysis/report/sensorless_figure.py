@@ -1,4 +1,4 @@
-"""The map of `simulation.sensorless_map` as a picture: speed error over speed and load torque, one panel an observer."""
+"""The map of `sweeps.sensorless_map` as a picture: speed error over speed and load torque, one panel an observer."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def sensorless_figure(data: xr.Dataset) -> Figure:
     Parameters
     ----------
     data : xarray.Dataset
-        From `simulation.sensorless_map.sensorless_map`, with at least two speeds and two torques.
+        From `sweeps.sensorless_map.sensorless_map`, with at least two speeds and two torques.
 
     Returns
     -------

@@ -13,12 +13,12 @@ HALF_SQRT_3 = 0.8660254037844386
 
 
 def phases(v):
-    """Three phase values of a vector without zero sequence."""
+    """Three phase values of a vector ``v`` without zero sequence."""
     return v[0], -0.5 * v[0] + HALF_SQRT_3 * v[1], -0.5 * v[0] - HALF_SQRT_3 * v[1]
 
 
 def vector(a, b, c):
-    """The vector of three phase values; their zero sequence drops out."""
+    """The vector of three phase values ``a``, ``b``, ``c``; their zero sequence drops out."""
     return (2.0 * a - b - c) / 3.0, (b - c) / (2.0 * HALF_SQRT_3)
 
 
@@ -31,7 +31,7 @@ def reachable(u, bridge):
 
 
 def pulse(duty, i, bridge):
-    """When a phase goes high and low within a carrier period, for the current ``i`` out of it."""
+    """When a phase goes high and low within a carrier period, for its ``duty`` (0 to 1) and the current ``i`` out of it."""
     _, period, dead, _ = bridge
     on, off = 0.5 * period * (1.0 - duty), 0.5 * period * (1.0 + duty)
     late = dead if 0.0 < duty < 1.0 else 0.0
@@ -81,6 +81,6 @@ def edges(on, off, bridge):
 
 
 def ordered(a, b, c):
-    """Three numbers in order."""
+    """Three numbers ``a``, ``b``, ``c`` in order."""
     low, high = min(a, b), max(a, b)
     return min(low, c), max(low, min(high, c)), max(high, c)

@@ -13,7 +13,7 @@ R_R, L_ell and k of `InductionMachine.gamma_form`, ``power`` a whole number.
 
 
 def inverse_inductance(psi_squared, q):
-    """1 / L_s(psi) in 1/H for a squared stator flux."""
+    """1 / L_s(psi) in 1/H for a squared stator flux, ``psi_squared`` in Wb^2."""
     return (1 + (psi_squared / (q[7] * q[7])) ** q[8]) / q[3]
 
 
@@ -45,5 +45,5 @@ def saturated_plant(x, u, T_l, q):
 
 
 def loaded(x, u, T_l, q, friction):
-    """As `loaded_machine.machine_rates`."""
+    """As `loaded_machine.machine_rates`, with its ``friction``."""
     return saturated_plant(x, u, T_l + friction * x[4], q)

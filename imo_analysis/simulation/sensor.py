@@ -4,5 +4,5 @@ from math import floor
 
 
 def quantised(value, step):
-    """The nearest multiple of ``step``."""
+    """The multiple of ``step`` that is nearest to ``value``."""
     return step * floor(value / step + 0.5)

@@ -16,12 +16,12 @@ def coulomb_torque(omega, coulomb):
 
 
 def shaft_torque(omega, omega_load, twist, shaft):
-    """Torque in N m that the shaft takes from the motor and gives to the load."""
+    """Torque in N m that the shaft takes from the motor and gives to the load, which turns at ``omega_load``."""
     stiffness, damping, _, n_p = shaft
     return stiffness * twist + damping * (omega - omega_load) / n_p
 
 
 def shaft_rates(omega, omega_load, twist, T_l, shaft):
-    """Rates of `SHAFT_STATES`; the load torque acts on the far mass."""
+    """Rates of `SHAFT_STATES`; the load torque acts on the far mass, at ``omega_load``."""
     _, _, load_inertia, n_p = shaft
     return n_p * (shaft_torque(omega, omega_load, twist, shaft) - T_l) / load_inertia, (omega - omega_load) / n_p

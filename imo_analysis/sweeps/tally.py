@@ -18,7 +18,10 @@ def watched(lost, size, bound, number):
 
 
 def tallied(tally, lost, omega, omega_hat, phi, phi_hat, band, number):
-    """`OBSERVER` without ``lost``: sums of squared errors, largest errors, the last record at which the speed was off."""
+    """`OBSERVER` without ``lost``: sums of squared errors, largest errors, the last record at which the speed was off.
+
+    ``number`` is that of the record, ``band`` the error in rad/s above which the speed is off.
+    """
     speed_square, speed_peak, flux_square, flux_peak, outside = tally
     well = lost < 0.0
     speed = abs(omega - omega_hat)
