@@ -248,17 +248,6 @@ def poles(matrices: np.ndarray) -> np.ndarray:
     return np.sort(eigenvalues, axis=-1)
 
 
-def poles_of_rank(matrices: np.ndarray, rank: int) -> np.ndarray:
-    """The ``rank`` poles that are not zero by structure, shape ``(..., rank)``, for matrices of that rank or less.
-
-    A = U S V^T of rank r has the eigenvalues of the r x r matrix S V^T U besides zeros; so a pole that passes near zero is
-    not mixed up with those that stay there.
-    """
-    left, values, right = np.linalg.svd(matrices)
-    inner = values[..., :rank, None] * (right[..., :rank, :] @ left[..., :, :rank])
-    return poles(inner)
-
-
 def poles_at(
     machine: InductionMachine,
     name: str,

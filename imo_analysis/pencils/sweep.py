@@ -18,8 +18,9 @@ from imo_analysis.machine import InductionMachine
 from imo_analysis.notation import symbol
 from imo_analysis.pencils.branches import track
 from imo_analysis.pencils.closed_form import closed_form
-from imo_analysis.pencils.error import MACHINE_FIELDS, Gains, OperatingPoint, arguments, gain_values, poles, poles_of_rank
-from imo_analysis.pencils.jacobian import jacobian, known_observer, structural_rank
+from imo_analysis.pencils.error import MACHINE_FIELDS, Gains, OperatingPoint, arguments, gain_values, poles
+from imo_analysis.pencils.jacobian import jacobian, known_observer
+from imo_analysis.pencils.reduced import reduced
 from imo_analysis.pencils.setup import Setup, labelled
 
 if TYPE_CHECKING:
@@ -281,8 +282,8 @@ def evaluator(
 
     The adaptive observers have poles that no gain moves: at zero at frozen speed; at zero and at plus and minus j times the
     stator frequency in the frame of the flux. Near one of them an eigenvalue solver mixes it with a pole that crosses the
-    axis there, so they are taken out first: exactly at frozen speed, by the closed form or through the rank; by position
-    otherwise.
+    axis there, so they are taken out first: exactly at frozen speed, in the closed form or by reducing the matrix; by
+    position otherwise.
     """
     names = over if isinstance(over, tuple) else (over,)
     possible = sweepable(observer, kind)
@@ -332,9 +333,10 @@ def evaluator(
                 lambda values: np.broadcast_to(solved.poles(numbers(values)), (*shape(values), 4)),
                 lambda values: np.zeros((*shape(values), solved.at_zero), dtype=complex),
             )
-        rank = structural_rank(observer)
+        smaller = reduced(observer)
+        rank = smaller.matrix.rows
         return Poles(
-            lambda values: poles_of_rank(matrices(values), rank),
+            lambda values: np.broadcast_to(smaller.poles(numbers(values)), (*shape(values), rank)),
             lambda values: np.zeros((*shape(values), n - rank), dtype=complex),
         )
 

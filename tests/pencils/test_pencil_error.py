@@ -13,15 +13,16 @@ from imo_analysis.errors import InputError
 from imo_analysis.machine import preset
 from imo_analysis.pencils.error import (
     OperatingPoint,
+    arguments,
     frozen_matrix,
     frozen_pencil,
     full_matrix,
     full_pencil,
     poles,
     poles_at,
-    poles_of_rank,
 )
-from imo_analysis.pencils.jacobian import structural_rank
+from imo_analysis.pencils.jacobian import jacobian
+from imo_analysis.pencils.reduced import reduced
 
 MACHINE = preset("table-iii-printed-alpha")
 GAINS: dict[str, float] = {
@@ -52,8 +53,8 @@ def test_frozen_poles_by_three_routes(name: str, omega: float) -> None:
     parameters = dict(zip(PARAMETERS, MACHINE.observer_parameters, strict=True))
     same(computed, frozen_poles(name, parameters, gains(name), omega), 1e-9 * scale)
     same(computed, frozen_pencil(MACHINE, name, gains(name), omega).poles(), 1e-9 * scale)
-    reduced = poles_of_rank(frozen_matrix(MACHINE, name, gains(name), omega), structural_rank(name))
-    same(np.concatenate([reduced, np.zeros(len(computed) - len(reduced))]), computed, 1e-9 * scale)
+    moving = reduced(name).poles(arguments(jacobian(name), MACHINE, gains(name), OperatingPoint(omega, None)))
+    same(np.concatenate([moving, np.zeros(len(computed) - len(moving))]), computed, 1e-9 * scale)
 
 
 @pytest.mark.parametrize("name", OBSERVERS)
