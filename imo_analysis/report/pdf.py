@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
 import tempfile
@@ -43,8 +44,11 @@ def print_page(page: Path, target: Path) -> str:
     with tempfile.TemporaryDirectory() as place:
         made = Path(place) / "page.pdf"
         try:
+            # links to files beside the page would become addresses on this machine
+            copy = Path(place) / "page.html"
+            copy.write_text(re.sub(r' href="(?!#)[^"]*"', "", page.read_text(encoding="utf-8")), encoding="utf-8")
             done = subprocess.run([found, *_FLAGS, *_root(), f"--user-data-dir={place}/profile", f"--print-to-pdf={made}",
-                                   page.resolve().as_uri()], capture_output=True, timeout=_PATIENCE)
+                                   copy.as_uri()], capture_output=True, timeout=_PATIENCE)
         except (OSError, subprocess.TimeoutExpired) as error:
             return f"no PDF: {found} did not print ({error})"
         if not made.is_file():

@@ -1,16 +1,14 @@
-"""The dossier whole: a short study through every room, the folder that it leaves, and the page in a browser."""
+"""The dossier whole: a short study through every room, and the folder that it leaves (`conftest.py` makes it)."""
 
 import csv
 import html.parser
 import json
-import os
 import re
-import shutil
-import subprocess
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import pytest
+from short_dossier import short_dossier_study
 
 from imo_analysis.cli import main
 from imo_analysis.errors import InputError
@@ -20,33 +18,6 @@ from imo_analysis.report.dossier import write_dossier
 from imo_analysis.study import Study
 
 pytestmark = pytest.mark.slow
-
-
-def short_study() -> Study:
-    """The paper's study with three of its scenarios, seconds long."""
-    data = dict(Study.paper().data)
-    names = ("fig1", "fig4", "divergence")
-    data["scenarios"] = {name: dict(data["scenarios"][name]) for name in (*names, "lyapunov")}
-    for name in names:
-        data["scenarios"][name]["simulation"] = {"duration": 1.5, "record_every": 1}
-    for name in ("fig1", "fig4"):
-        data["scenarios"][name]["reference"] = {"time": [0.0, 1.0], "omega": [50.0, 100.0]}
-        data["scenarios"][name]["windows"] = [{"title": "the step", "start": 1.0, "stop": 1.2, "caption": "50 to 100 rad/s"}]
-    return Study.from_data(data)
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    place = tmp_path_factory.mktemp("dossier")
-    study = place / "study.toml"
-    study.write_text(short_study().to_toml(), encoding="utf-8")
-    assert main(["report", str(study), "--out", str(place / "out"), "--json", str(place / "summary.json"), "--quiet"]) == 0
-    return place / "out"
-
-
-@pytest.fixture(scope="module")
-def text(folder: Path) -> str:
-    return (folder / "index.html").read_text(encoding="utf-8")
 
 
 class Reader(html.parser.HTMLParser):
@@ -176,7 +147,7 @@ def test_an_interrupt_or_a_full_disk_leaves_nothing(tmp_path: Path, fault: BaseE
             raise fault
 
     with pytest.raises(KeyboardInterrupt if isinstance(fault, KeyboardInterrupt) else InputError):
-        write_dossier(short_study(), out, note)
+        write_dossier(short_dossier_study(), out, note)
     assert [path.name for path in tmp_path.rglob("*")] == ["out", "index.html"]
     assert (out / "index.html").read_text(encoding="utf-8") == "the last dossier"
 
@@ -186,48 +157,6 @@ def test_a_folder_that_cannot_be_made(tmp_path: Path, capsys: pytest.CaptureFixt
     assert main(["report", "--out", str(tmp_path / "file" / "out")]) == 2
     said = capsys.readouterr().err
     assert said.count("\n") == 1 and "choose another place" in said
-
-
-# In a browser ----------------------------------------------------------------------------------------------------------
-def chromium() -> str:
-    found = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-    if found is None:
-        if os.environ.get("CI") == "true":
-            pytest.fail("chromium is missing; CI installs it")
-        pytest.skip("chromium is not installed")
-    return found
-
-
-PROBE = """<script>addEventListener("load",function(){
-var b=document.body,e=document.querySelectorAll("details.entry"),s=document.querySelector(".slider svg");
-var r=document.querySelector(".slider input");
-var before=s.innerHTML;r.value=0;r.dispatchEvent(new Event("input"));
-document.querySelector('#ledger-tools button[data-verdict="fails"]').click();
-var shown=Array.from(e).filter(function(x){return !x.hidden;}).length;
-location.hash="#"+e[0].id;
-setTimeout(function(){b.setAttribute("data-probe",JSON.stringify({width:document.documentElement.scrollWidth,inner:innerWidth,
-entries:e.length,shown:shown,moved:before!==s.innerHTML,marks:s.querySelectorAll("circle,rect,path").length,opened:e[0].open,
-math:document.querySelector("math").getBoundingClientRect().height,
-broken:Array.from(document.images).filter(function(i){return i.loading!=="lazy"&&!i.naturalWidth;}).length}));},50);
-});</script>"""
-
-
-@pytest.mark.parametrize(("width", "height"), [(1300, 900), (500, 844)])
-def test_in_a_browser(text: str, folder: Path, tmp_path: Path, width: int, height: int) -> None:
-    browser = chromium()
-    probed = tmp_path / "probed.html"
-    probed.write_text(text.replace("</body>", f"{PROBE}</body>").replace('loading="lazy"', ""), encoding="utf-8")
-    command = [browser, "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync",
-               "--disable-background-networking", "--disable-component-update", f"--user-data-dir={tmp_path / 'profile'}",
-               f"--window-size={width},{height}", "--virtual-time-budget=5000", "--dump-dom", probed.as_uri()]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True)
-    match = re.search(r'data-probe="([^"]*)"', done.stdout)
-    assert match, done.stderr[-2000:]
-    seen = json.loads(match[1].replace("&quot;", '"'))
-    assert seen["width"] <= seen["inner"], "the page is wider than the window"
-    assert seen["entries"] == len(claims()) and seen["broken"] == 0
-    assert seen["moved"] and seen["marks"] > 10 and seen["opened"] and seen["math"] > 5
-    assert 0 < seen["shown"] < seen["entries"]
 
 
 def test_a_diverging_observer_is_shown_and_the_others_stay(tmp_path: Path) -> None:

@@ -43,51 +43,55 @@ if(tools){
   show();
 }
 // Poles at one speed, chosen with a slider.
+var SHAPES={o:"M5,0A5,5 0 1 1 -5,0A5,5 0 1 1 5,0Z",s:"M-4.5,-4.5H4.5V4.5H-4.5Z","^":"M-5,4H5L0,-6Z",v:"M-5,-4H5L0,6Z",
+  "<":"M4,-5V5L-6,0Z",">":"M-4,-5V5L6,0Z",D:"M-6,0L0,-6L6,0L0,6Z",P:"M-6,0H6M0,-6V6",X:"M-4.5,-4.5L4.5,4.5M-4.5,4.5L4.5,-4.5",
+  p:"M0,-6L5.7,-1.9L3.5,4.9H-3.5L-5.7,-1.9Z",h:"M-6,0L-3,-5.2H3L6,0L3,5.2H-3Z","*":"M0,-6V6M-5.2,-3L5.2,3M-5.2,3L5.2,-3"};
 all(".slider").forEach(function(box){
-  var d=JSON.parse(box.querySelector("script").textContent), svg=box.querySelector("svg"), range=box.querySelector("input");
+  var d=JSON.parse(box.querySelector("script").textContent), svg=box.querySelector(".map"), range=box.querySelector("input[type=range]");
   var W=Math.min(720,Math.max(340,svg.clientWidth||720)),H=Math.max(300,W*0.58),L=64,R=16,T=14,B=46,NS="http://www.w3.org/2000/svg";
   var x0=d.re[0],x1=d.re[1],y0=d.im[0],y1=d.im[1];
   var X=function(v){return L+(v-x0)/(x1-x0)*(W-L-R);}, Y=function(v){return T+(y1-v)/(y1-y0)*(H-T-B);};
   svg.setAttribute("viewBox","0 0 "+W+" "+H);
-  function el(n,a,t){var e=document.createElementNS(NS,n);for(var k in a)e.setAttribute(k,a[k]);if(t!==undefined)e.textContent=t;svg.appendChild(e);return e;}
+  function el(n,a,t,to){var e=document.createElementNS(NS,n);for(var k in a)e.setAttribute(k,a[k]);if(t!==undefined)e.textContent=t;(to||svg).appendChild(e);return e;}
   function step(s){var p=Math.pow(10,Math.floor(Math.log10(s/5))),m=s/5/p;return p*(m<1.5?1:m<3.5?2:m<7.5?5:10);}
   function ticks(a,b){var s=step(b-a),o=[],v=Math.ceil(a/s)*s;for(;v<=b+1e-9;v+=s)o.push(Math.round(v*1e6)/1e6);return o;}
+  function minus(v){return String(v).replace("-","\u2212");}
+  if(x1>0)el("rect",{x:X(0),y:T,width:W-R-X(0),height:H-T-B,fill:"#f3e3e3"});
   ticks(x0,x1).forEach(function(v){
     el("line",{x1:X(v),x2:X(v),y1:T,y2:H-B,stroke:v===0?"#444":"#ddd"});
-    el("text",{x:X(v),y:H-B+16,"font-size":12,"text-anchor":"middle",fill:"#333"},v);
+    el("text",{x:X(v),y:H-B+16,"font-size":13,"text-anchor":"middle"},minus(v));
   });
   ticks(y0,y1).forEach(function(v){
     el("line",{x1:L,x2:W-R,y1:Y(v),y2:Y(v),stroke:v===0?"#444":"#ddd"});
-    el("text",{x:L-6,y:Y(v)+4,"font-size":12,"text-anchor":"end",fill:"#333"},v);
+    el("text",{x:L-6,y:Y(v)+4,"font-size":13,"text-anchor":"end"},minus(v));
   });
-  el("text",{x:(L+W-R)/2,y:H-8,"font-size":13,"text-anchor":"middle",fill:"#333"},"real part (1/s)");
-  el("text",{x:16,y:(T+H-B)/2,"font-size":13,"text-anchor":"middle",fill:"#333",transform:"rotate(-90 16 "+(T+H-B)/2+")"},"imaginary part (rad/s)");
-  var marks=d.series.map(function(s){
-    return s.poles[0].map(function(){
-      if(s.mark==="s")return el("rect",{width:9,height:9,fill:"none",stroke:s.color,"stroke-width":2});
-      if(s.mark==="^")return el("path",{d:"M-5,4L5,4L0,-6Z",fill:"none",stroke:s.color,"stroke-width":2});
-      if(s.mark==="D")return el("path",{d:"M-6,0L0,-6L6,0L0,6Z",fill:"none",stroke:s.color,"stroke-width":2});
-      if(s.mark==="P")return el("path",{d:"M-6,0H6M0,-6V6",fill:"none",stroke:s.color,"stroke-width":2});
-      return el("circle",{r:5,fill:"none",stroke:s.color,"stroke-width":2});
-    });
+  if(X(0)<W-90)el("text",{x:W-R-6,y:T+16,"font-size":13,"text-anchor":"end"},"unstable");
+  el("text",{x:(L+W-R)/2,y:H-8,"font-size":14,"text-anchor":"middle"},"real part (1/s)");
+  el("text",{x:16,y:(T+H-B)/2,"font-size":14,"text-anchor":"middle",transform:"rotate(-90 16 "+(T+H-B)/2+")"},"imaginary part (rad/s)");
+  var boxes=all("input[type=checkbox]",box);
+  var groups=d.series.map(function(s,j){
+    var g=el("g",{fill:"none",stroke:s.color,"stroke-width":2,"class":"poles"});
+    s.poles[0].forEach(function(){el("path",{d:SHAPES[s.mark]},undefined,g);});
+    el("path",{d:SHAPES[s.mark],fill:"none",stroke:s.color,"stroke-width":2,transform:"translate(9 9)"},undefined,all(".key",box)[j]);
+    boxes[j].addEventListener("change",draw);
+    return g;
   });
   var out=box.querySelector("output"), say=box.querySelector(".say");
   function draw(){
-    var k=+range.value; out.textContent=d.omega[k]+" rad/s";
+    var k=+range.value, told=[];
+    out.textContent=minus(d.omega[k])+" rad/s"; range.setAttribute("aria-valuetext",out.textContent);
     d.series.forEach(function(s,j){
+      groups[j].style.display=boxes[j].checked?"":"none";
+      if(!boxes[j].checked)return;
       s.poles[k].forEach(function(p,i){
-        var m=marks[j][i],x=X(p[0]),y=Y(p[1]);
-        var off=p[0]<x0||p[0]>x1||p[1]<y0||p[1]>y1; m.style.display=off?"none":"";
-        if(s.mark==="o"){m.setAttribute("cx",x);m.setAttribute("cy",y);}
-        else if(s.mark==="s"){m.setAttribute("x",x-4.5);m.setAttribute("y",y-4.5);}
-        else m.setAttribute("transform","translate("+x+","+y+")");
+        var m=groups[j].childNodes[i], off=p[0]<x0||p[0]>x1||p[1]<y0||p[1]>y1;
+        m.style.display=off?"none":""; m.setAttribute("transform","translate("+X(p[0]).toFixed(2)+" "+Y(p[1]).toFixed(2)+")");
       });
-    });
-    say.textContent=d.series.map(function(s){
       var worst=Math.max.apply(null,s.poles[k].map(function(p){return p[0];}));
-      return s.label+": rightmost pole at "+worst.toFixed(2)+" /s"+(worst>0.005?" (unstable)":"");
-    }).join("; ")+".";
+      told.push(s.label+": rightmost pole at "+minus(worst.toFixed(2))+" /s"+(worst>0.005?" (unstable)":""));
+    });
+    say.textContent=told.length?told.join("; ")+".":"";
   }
-  range.min=0;range.max=d.omega.length-1;range.addEventListener("input",draw);draw();
+  range.addEventListener("input",draw);draw();
 });
 })();

@@ -20,11 +20,11 @@ def own_machine(
     rows = [row for scenario in scenarios for row in _rows(scenario, study.machine.alpha)]
     return join(
         [
-            tag("h3", "This machine"),
+            tag("h2", "This machine", class_="sub"),
             table(head, rows, rf"$\alpha = {study.machine.alpha:.4g}$ /s. The largest error is that of the instants just "
                               "before each change of the reference and of the end.", (3, 4, 5)),
             tag("ul", *(tag("li", line) for line in (*_identifiable(results), _cure(cured)))),
-            tag("h3", "The paper"),
+            tag("h2", "The paper", class_="sub"),
         ]
     )
 

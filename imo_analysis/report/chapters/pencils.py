@@ -161,18 +161,17 @@ def _slider(poles: PoleResult) -> Html:
         "re": [float(finite["re"].quantile(0.002)) - 20.0, max(float(finite["re"].quantile(0.998)), 0.0) + 40.0],
         "im": [float(finite["im"].min()) - 20.0, float(finite["im"].max()) + 20.0],
     }
-    marks = ((tag("b", f"{_GLYPHS.get(one['mark'], '○')} ", style=f"color:{one['color']}"), one["label"]) for one in series)
-    legend = join((tag("span", *mark) for mark in marks), " \u2003")
     written = json.dumps(data, separators=(",", ":")).replace("<", "\\u003c")
-    start = int(np.argmin(np.abs(omega[picked] - 60.0)))
-    control = Html(f'<input type="range" step="1" min="0" max="{len(picked) - 1}" value="{start}" aria-label="speed">')
+    start = int(np.argmin(np.abs(omega[picked] - np.median(poles.table["omega"].values))))
+    control = Html(f'<input type="range" id="speed" step="1" min="0" max="{len(picked) - 1}" value="{start}">')
+    keys = (tag("label", Html('<input type="checkbox" checked><svg class="key" viewBox="0 0 18 18" aria-hidden="true"></svg>'),
+                one["label"]) for one in series)
     return tag(
         "div",
-        tag("p", Html("Speed: "), tag("output", ""), class_="soft"), control, tag("p", legend, class_="note"),
-        Html('<svg role="img" aria-label="poles at the chosen speed"></svg>'), tag("p", "", class_="say note"),
+        tag("p", tag("label", "Speed, also by the arrow keys: ", for_="speed"), tag("output", "", for_="speed")), control,
+        tag("p", *keys, class_="keys"),
+        Html('<svg class="map" role="img" aria-label="poles of each observer at the chosen speed"></svg>'),
+        tag("p", "", class_="say note", aria_live="polite"),
         Html(f'<script type="application/json">{written}</script>'),
         class_="slider js-only",
     )
-
-
-_GLYPHS = {"o": "○", "s": "□", "^": "△", "D": "◇", "P": "+"}

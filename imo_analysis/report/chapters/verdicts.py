@@ -96,7 +96,7 @@ def first_screen(study: Study, entries: Sequence[Entry], found: Sequence[str], o
     papers = [entry for entry in entries if not entry.claim.ours]
     numbers = counts(papers)
     tiles = [
-        tag("li", tag("a", tag("b", numbers[str(verdict)]), tag("span", f"{word}: {meaning}"), class_=f"tile {kind}",
+        tag("li", tag("a", tag("b", numbers[str(verdict)], " "), tag("span", f"{word}: {meaning}"), class_=f"tile {kind}",
                       href="#ledger", data_verdict=kind))
         for verdict, (kind, word, meaning) in WORDS.items()
     ]
@@ -111,11 +111,11 @@ def first_screen(study: Study, entries: Sequence[Entry], found: Sequence[str], o
             own or "",
             tag("ul", *tiles, class_="tiles"),
             _ours([entry for entry in entries if entry.claim.ours]),
-            tag("h3", "What falls"),
+            tag("h2", "What falls", class_="sub"),
             _list(results(entries)),
-            tag("h3", "Why, and what to do about it"),
+            tag("h2", "Why, and what to do about it", class_="sub"),
             _list(causes(entries)),
-            tag("h3", "What the numbers show"),
+            tag("h2", "What the numbers show", class_="sub"),
             tag("ul", *(tag("li", typeset(line)) for line in found)),
             tag("p", f"Study: {study.title}, SHA-256 {study.sha256[:12]}…", class_="note"),
         ]

@@ -1,0 +1,235 @@
+"""The page in a real browser: a desktop, a phone, dark, by keyboard, and on paper."""
+
+import os
+import re
+import shutil
+from collections.abc import Iterator
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from imo_analysis.ledger.book import claims
+
+pytestmark = pytest.mark.slow
+
+A4 = (794 - 2 * 53, 1123 - 2 * 59)  # CSS pixels within margins of 14 and 15.5 mm
+TEXT, LARGE = 4.5, 3.0  # WCAG 2 AA
+
+
+def missing(what: str) -> None:
+    """A user may lack a browser; CI may not."""
+    if os.environ.get("CI") == "true":
+        pytest.fail(f"{what} is missing; CI installs it")
+    pytest.skip(f"{what} is not installed")
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    found = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    if found is None:
+        missing("chromium")
+    try:
+        from playwright.sync_api import sync_playwright
+    except ImportError:
+        missing("playwright")
+    with sync_playwright() as playwright:
+        started = playwright.chromium.launch(executable_path=found, args=["--no-sandbox", "--disable-gpu"])
+        yield started
+        started.close()
+
+
+class Seen:
+    """A page with what it asked for and complained of."""
+
+    def __init__(self, browser: Any, file: Path, width: int = 1300, dark: bool = False, script: bool = True) -> None:
+        context = browser.new_context(viewport={"width": width, "height": 900}, color_scheme="dark" if dark else "light",
+                                      java_script_enabled=script)
+        self.page = context.new_page()
+        self.asked: list[str] = []
+        self.complaints: list[str] = []
+        self.page.on("request", lambda request: self.asked.append(request.url))
+        self.page.on("console", lambda message: self.complaints.append(message.text) if message.type in ("error", "warning")
+                     else None)
+        self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
+        self.page.goto(file.as_uri())
+        self.page.evaluate("document.fonts.ready") if script else None
+
+
+@pytest.fixture(scope="module")
+def file(folder: Path) -> Path:
+    return folder / "index.html"
+
+
+@pytest.fixture(scope="module")
+def desktop(browser: Any, file: Path) -> Seen:
+    return Seen(browser, file)
+
+
+def poles(page: Any) -> list[str]:
+    found: list[str] = page.eval_on_selector_all(".slider .poles path", "all => all.map(e => e.getAttribute('transform'))")
+    return found
+
+
+def test_nothing_leaves_the_file_and_nothing_is_complained_of(desktop: Seen, file: Path) -> None:
+    asked = [url for url in desktop.asked if not url.startswith("data:")]
+    assert asked == [file.as_uri()]
+    assert desktop.complaints == []
+
+
+def test_formulas_are_set(desktop: Seen) -> None:
+    sizes = desktop.page.eval_on_selector_all("math", "all => all.filter(e => e.checkVisibility()).map(e => "
+                                              "{const r = e.getBoundingClientRect(); return [r.width, r.height]})")
+    assert len(sizes) > 100 and all(width > 2 and height > 5 for width, height in sizes)
+    shown = desktop.page.inner_text("main")
+    assert not re.search(r"\\\\(?:hat|frac|alpha|tilde|mathrm)|\\$", shown), "raw LaTeX in the text"
+    assert desktop.page.evaluate("document.fonts.check('16px \"Imo Math\"')")
+    assert desktop.page.locator(".unread").count() == 0
+
+
+def test_the_slider_moves_the_poles_by_keyboard(browser: Any, file: Path) -> None:
+    page = Seen(browser, file).page
+    page.focus(".slider input[type=range]")
+    places, said = [poles(page)], [page.inner_text(".slider output")]
+    for key in ("ArrowRight", "End", "Home"):
+        page.keyboard.press(key)
+        places.append(poles(page))
+        said.append(page.inner_text(".slider output"))
+    assert len({tuple(one) for one in places}) == 4 and len(set(said)) == 4
+    assert all(re.fullmatch(r"−?[\d.]+ rad/s", one) for one in said)
+    assert page.get_attribute(".slider input[type=range]", "aria-valuetext") == said[-1]
+    assert "rightmost pole at" in page.inner_text(".slider .say")
+    page.keyboard.press("Tab")  # to the first observer, which the space bar takes out
+    first = page.locator(".slider .poles").first
+    assert first.is_visible()
+    page.keyboard.press("Space")
+    assert not first.is_visible()
+
+
+def test_the_map_agrees_with_the_data(browser: Any, file: Path, folder: Path) -> None:
+    """The rightmost pole that is told at the last speed is that of the sweep's file."""
+    import xarray as xr
+
+    page = Seen(browser, file).page
+    page.focus(".slider input[type=range]")
+    page.keyboard.press("End")
+    told = dict(re.findall(r"(\w+): rightmost pole at (\S+) /s", page.inner_text(".slider .say")))
+    sweep = xr.load_dataset(folder / "poles.nc", engine="h5netcdf")
+    assert set(told) == {str(name) for name in sweep["observer"].values}
+    for name, value in told.items():
+        one = sweep.sel(observer=name).isel(omega=-1)
+        moving = abs(one["re"]) + abs(one["im"]) > 1e-6
+        assert float(value.replace("−", "-")) == pytest.approx(float(one["re"].where(moving).max()), abs=0.006)
+
+
+def test_the_ledger_opens_and_filters(browser: Any, file: Path) -> None:
+    page = Seen(browser, file).page
+    entries = page.locator("details.entry")
+    assert entries.count() == len(claims())
+    summary = entries.first.locator("summary")
+    summary.focus()
+    page.keyboard.press("Enter")
+    assert entries.first.evaluate("e => e.open") and entries.first.locator(".inside").is_visible()
+    page.click('#ledger-tools button[data-verdict="fails"]')
+    shown = page.locator("details.entry:visible").count()
+    assert 0 < shown < entries.count() and page.inner_text("#ledger-tools output").startswith(f"{shown} of ")
+    page.click('#ledger-tools button[data-verdict=""]')
+    page.fill("#ledger-tools input", "alpha_hat")
+    assert 0 < page.locator("details.entry:visible").count() < entries.count()
+    identifier = entries.last.get_attribute("id")
+    page.fill("#ledger-tools input", "")
+    page.evaluate("id => { location.hash = '#' + id }", identifier)
+    page.wait_for_function("id => document.getElementById(id).open", arg=identifier)
+
+
+@pytest.mark.parametrize("width", [380, 800, 1300])
+def test_nothing_is_wider_than_the_window(browser: Any, file: Path, width: int) -> None:
+    page = Seen(browser, file, width).page
+    page.evaluate("document.querySelectorAll('details').forEach(e => { e.open = true })")
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    wide = page.evaluate("""limit => [...document.querySelectorAll("main *")].filter(e => {
+        if (e.closest(".scroll,.plate,dd,pre,svg,math") && !e.matches(".scroll,.plate,dd,pre")) return false;
+        return e.checkVisibility() && e.getBoundingClientRect().right > limit + 1;
+    }).map(e => e.outerHTML.slice(0, 120))""", width)
+    assert wide == []
+
+
+def test_without_a_script_the_static_pictures_stand_in(browser: Any, file: Path) -> None:
+    page = Seen(browser, file, script=False).page
+    assert not page.locator(".slider").is_visible() and not page.locator("#ledger-tools").is_visible()
+    assert page.locator("#poles figure").first.is_visible()
+
+
+def test_on_paper(browser: Any, file: Path, tmp_path: Path) -> None:
+    page = Seen(browser, file, A4[0], dark=True).page
+    page.emulate_media(media="print")
+    page.evaluate("dispatchEvent(new Event('beforeprint'))")
+    assert not page.locator(".slider").is_visible() and not page.locator("nav").is_visible()
+    assert page.locator("details:not([open])").count() == 0, "a closed entry says nothing on paper"
+    figures = page.eval_on_selector_all("figure", """all => all.map(e => {
+        const r = e.getBoundingClientRect(), s = e.querySelector("svg").getBoundingClientRect();
+        return [r.width, r.height, s.right, getComputedStyle(e).breakInside]; })""")
+    assert len(figures) > 8
+    for width, height, right, breaks in figures:
+        assert width <= A4[0] and right <= A4[0] + 1 and height <= A4[1] and breaks == "avoid"
+    assert page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)", "dark on paper"
+    page.pdf(path=tmp_path / "page.pdf", prefer_css_page_size=True)
+    printed = (tmp_path / "page.pdf").read_bytes()
+    assert printed.startswith(b"%PDF") and len(re.findall(rb"/Type\s*/Page\b", printed)) > 10
+
+
+CONTRAST = """() => {
+  const linear = v => { v /= 255; return v <= 0.04045 ? v / 12.92 : Math.pow((v + 0.055) / 1.055, 2.4); };
+  const rgb = text => (text.match(/[\\d.]+/g) || [0, 0, 0, 0]).map(Number);
+  const light = c => 0.2126 * linear(c[0]) + 0.7152 * linear(c[1]) + 0.0722 * linear(c[2]);
+  const ground = e => { for (; e; e = e.parentElement) { const c = rgb(getComputedStyle(e).backgroundColor);
+    if (c.length === 3 || c[3] > 0.99) return c; } return [255, 255, 255]; };
+  const found = {};
+  for (const e of document.querySelectorAll("main *, nav *")) {
+    if (!e.checkVisibility() || ![...e.childNodes].some(n => n.nodeType === 3 && n.textContent.trim())) continue;
+    const style = getComputedStyle(e), drawn = e.closest("svg");
+    const front = rgb(drawn ? style.fill : style.color), back = ground(e);
+    const [a, b] = [light(front), light(back)].sort((x, y) => y - x), ratio = (a + 0.05) / (b + 0.05);
+    const size = parseFloat(style.fontSize), large = size >= 24 || (size >= 18.66 && style.fontWeight >= 700);
+    const key = [front, back, large].join();
+    if (!(key in found)) found[key] = [ratio, large, e.tagName + "." + e.className + ": " + e.textContent.trim().slice(0, 40)];
+  }
+  return Object.values(found);
+}"""
+
+
+@pytest.mark.parametrize("dark", [False, True])
+def test_contrast(browser: Any, file: Path, dark: bool) -> None:
+    page = Seen(browser, file, dark=dark).page
+    page.evaluate("document.querySelectorAll('details.more,details.entry:nth-of-type(-n+9)').forEach(e => { e.open = true })")
+    found = page.evaluate(CONTRAST)
+    assert len(found) > 8
+    assert [(round(ratio, 2), what) for ratio, large, what in found if ratio < (LARGE if large else TEXT)] == []
+    background = page.evaluate("getComputedStyle(document.body).backgroundColor")
+    assert (background == "rgb(255, 255, 255)") != dark
+
+
+def test_for_those_who_do_not_see(desktop: Seen) -> None:
+    page = desktop.page
+    assert page.get_attribute("html", "lang") == "en" and page.title()
+    levels = page.eval_on_selector_all("h1,h2,h3,h4", "all => all.map(e => +e.tagName[1])")
+    assert levels[0] == 1 and levels.count(1) == 1
+    assert all(after - before <= 1 for before, after in pairwise(levels)), "a level of headings is left out"
+    pictures = page.eval_on_selector_all(
+        "main svg:not([aria-hidden]),main img",
+        "all => all.map(e => [e.getAttribute('role'), e.getAttribute('aria-label') || e.getAttribute('alt')])")
+    assert pictures and all(role == "img" and len(said or "") > 15 for role, said in pictures)
+    assert page.eval_on_selector_all("figure", "all => all.every(e => e.querySelector('figcaption').innerText.length > 20)")
+    unlabelled = page.evaluate("""() => [...document.querySelectorAll("input,select,button,output")].filter(e =>
+        !(e.labels && e.labels.length) && !e.getAttribute("aria-label") && !e.textContent.trim() && e.tagName !== "OUTPUT")
+        .map(e => e.outerHTML)""")
+    assert unlabelled == []
+    assert page.evaluate("[...document.querySelectorAll('table')].every(t => t.querySelector('thead th'))")
+    assert page.evaluate("[...document.querySelectorAll('nav a')].every(a => document.querySelector(a.getAttribute('href')))")
+    for selector in ("nav a", "#ledger-tools button", "details.entry summary", ".slider input[type=range]"):
+        page.focus(selector)
+        page.keyboard.press("Shift+Tab")
+        page.keyboard.press("Tab")
+        outline = page.evaluate("(s => [s.outlineStyle, s.outlineWidth])(getComputedStyle(document.activeElement))")
+        assert outline[0] != "none" and float(outline[1][:-2]) >= 2, selector
