@@ -205,6 +205,13 @@ def rasterized(figure: Figure) -> Figure:
 def save_svg(figure: Figure, path: str | Path) -> None:
     """Write the figure as SVG, whole or not at all.
 
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+        What is drawn.
+    path : str or pathlib.Path
+        Ends in .svg.
+
     Raises
     ------
     InputError

@@ -25,6 +25,11 @@ class Diverged(ArithmeticError):
         The last recorded state within bounds, by name.
     data : xarray.Dataset or None
         The run so far.
+
+    Parameters
+    ----------
+    message : str
+        What diverged and when, in a line.
     """
 
     def __init__(self, message: str, time: float, state: dict[str, float], data: Any = None) -> None:

@@ -84,6 +84,13 @@ class InductionMachine(BaseModel):
         """Build from a mapping; text with units is allowed. ``where`` names the place in error texts.
 
         The mapping holds either all parameters, or ``preset`` with the ones that differ from it.
+
+        Parameters
+        ----------
+        values : dict
+            Numbers in SI units or text with a unit, by attribute; all of them, or ``preset`` and what differs.
+        where : str
+            Names the place in error texts.
         """
         from pydantic import ValidationError
 
@@ -134,11 +141,23 @@ class InductionMachine(BaseModel):
         return (self.R_s, self.L_m, self.sigma, self.beta, self.alpha)
 
     def with_values(self, **values: Any) -> Self:
-        """A copy with some parameters replaced, checked anew."""
+        """A copy with some parameters replaced, checked anew.
+
+        Parameters
+        ----------
+        **values : float
+            Parameters by name, in SI units or text with a unit.
+        """
         return type(self).build({**self.model_dump(), **values}, self.name)
 
     def with_alpha(self, alpha: float) -> Self:
-        """A copy whose rotor resistance gives this alpha in 1/s."""
+        """A copy whose rotor resistance gives this alpha in 1/s.
+
+        Parameters
+        ----------
+        alpha : float
+            In 1/s.
+        """
         return self.with_values(R_r=alpha * self.L_r)
 
     # Circuit forms -------------------------------------------------------------------------------------------------
@@ -154,13 +173,33 @@ class InductionMachine(BaseModel):
 
     @classmethod
     def from_inverse_gamma(cls, *, n_p: int, R_s: float, R_R: float, L_sgm: float, L_M: float, J: float, **more: Any) -> Self:
-        """Build from inverse-Gamma parameters, with rotor flux and inductance as that form sees them (L_r = L_m = L_M)."""
+        """Build from inverse-Gamma parameters, with rotor flux and inductance as that form sees them (L_r = L_m = L_M).
+
+        Parameters
+        ----------
+        n_p : int
+            Pole pairs.
+        R_s, R_R : float
+            Stator and rotor resistance in ohm.
+        L_sgm, L_M : float
+            Leakage and magnetising inductance in H.
+        J : float
+            Inertia in kg m^2.
+        **more : float or str
+            B, name, source.
+        """
         return cls.build({"n_p": n_p, "R_s": R_s, "R_r": R_R, "L_m": L_M, "L_r": L_M, "L_s": L_M + L_sgm, "J": J, **more})
 
     # Files ---------------------------------------------------------------------------------------------------------
     @classmethod
     def load(cls, path: str) -> Self:
-        """Read a machine from a TOML file, either its table ``[machine]`` or the whole file."""
+        """Read a machine from a TOML file, either its table ``[machine]`` or the whole file.
+
+        Parameters
+        ----------
+        path : str
+            The file.
+        """
         from imo_analysis.files import read_toml
 
         data = read_toml(path)
@@ -229,6 +268,13 @@ PAPER_PRESETS = ("table-iii", "table-iii-printed-alpha")
 
 def preset(name: object, where: str = "machine") -> InductionMachine:
     """A built-in machine by name.
+
+    Parameters
+    ----------
+    name : str
+        One of `PRESETS`.
+    where : str
+        Names the place in error texts.
 
     Raises
     ------

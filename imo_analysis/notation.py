@@ -138,6 +138,11 @@ SHORTHANDS: dict[str, Symbol] = _shorthands()  # in texts only: no data set and 
 def symbol(name: str) -> Symbol:
     """The symbol for a name, with the suffixes ``_hat``, ``_tilde`` and ``_dot`` taken apart.
 
+    Parameters
+    ----------
+    name : str
+        A name of the table, with any suffixes.
+
     Raises
     ------
     InputError
@@ -195,6 +200,11 @@ def dimension(unit: str) -> Dimension:
     """Exponents of (kg, m, s, A) of a unit such as ``1/(A^2 s^2)`` or ``kg m^2``.
 
     A space multiplies; a slash divides by the one factor, or the bracket, that follows it.
+
+    Parameters
+    ----------
+    unit : str
+        As the table writes units.
 
     Raises
     ------

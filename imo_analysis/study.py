@@ -55,6 +55,16 @@ class Study(Table):
     ----------
     title : str
         What the study is called in figures, files and dossier.
+    machine : InductionMachine
+        The true machine.
+    simulation, initial, reference, load_torque, drive, sensors, inverter, mechanics, saturation : Table
+        The tables of the run, as in a file.
+    observers : dict of str to ObserverSettings
+        Name -> kind, gains, start, errors.
+    excitation, poles, replay, windows, sweep, tuning : Table
+        What is computed from the run and beside it.
+    scenarios : dict of str to dict
+        Name -> overlay.
     data : dict
         The study as plain data with the machine file resolved: what `to_toml` writes.
     """
@@ -103,6 +113,11 @@ class Study(Table):
     def load(cls, path: str | Path) -> Self:
         """Read a study file; ``machine.file`` in it is looked up beside it.
 
+        Parameters
+        ----------
+        path : str or pathlib.Path
+            The file.
+
         Raises
         ------
         InputError
@@ -112,7 +127,15 @@ class Study(Table):
 
     @classmethod
     def from_toml(cls, text: str, where: str = "study") -> Self:
-        """Read a study from TOML text."""
+        """Read a study from TOML text.
+
+        Parameters
+        ----------
+        text : str
+            The study.
+        where : str
+            Names the place in error texts.
+        """
         try:
             data = tomllib.loads(text)
         except tomllib.TOMLDecodeError as error:
@@ -126,7 +149,17 @@ class Study(Table):
 
     @classmethod
     def from_data(cls, data: Mapping[str, Any], where: str = "study", folder: Path | None = None) -> Self:
-        """Check plain data as TOML gives it, every scenario included. ``where`` names the place in error texts."""
+        """Check plain data as TOML gives it, every scenario included. ``where`` names the place in error texts.
+
+        Parameters
+        ----------
+        data : mapping
+            Tables and keys as in a file.
+        where : str
+            Names the place in error texts.
+        folder : pathlib.Path, optional
+            Where ``machine.file`` is looked up.
+        """
         study = cls._checked(copy.deepcopy(dict(data)), where, folder)
         for name in study.scenarios:
             study._scenario(name, where)
@@ -153,6 +186,11 @@ class Study(Table):
     def scenario(self, name: str) -> Self:
         """The study with the overlay ``[scenarios.NAME]`` merged over it, key by key; lists are replaced whole.
 
+        Parameters
+        ----------
+        name : str
+            Of the scenario.
+
         Raises
         ------
         InputError
@@ -173,6 +211,11 @@ class Study(Table):
     def changed(self, values: Mapping[str, Any]) -> Self:
         """A copy with values replaced, each under its dotted name, such as ``machine.R_r`` or ``observers.repaired.gains.g``.
 
+        Parameters
+        ----------
+        values : mapping of str to value
+            Dotted name -> new value.
+
         Raises
         ------
         InputError
@@ -188,7 +231,13 @@ class Study(Table):
         return self._checked(merged(self.data, overlay), "study")
 
     def only(self, observers: Iterable[str]) -> Self:
-        """A copy with these observers alone."""
+        """A copy with these observers alone.
+
+        Parameters
+        ----------
+        observers : iterable of str
+            Their names in the study.
+        """
         wanted = list(observers)
         for name in wanted:
             if name not in self.observers:
@@ -196,7 +245,13 @@ class Study(Table):
         return self._checked({**self.data, "observers": {name: self.data["observers"][name] for name in wanted}}, "study")
 
     def observer_machine(self, name: str) -> InductionMachine:
-        """The machine as the observer of this name believes it to be, with its relative parameter errors."""
+        """The machine as the observer of this name believes it to be, with its relative parameter errors.
+
+        Parameters
+        ----------
+        name : str
+            Of the observer in the study.
+        """
         return _believed(self.machine, self.observers[name].errors)
 
     @property

@@ -178,6 +178,10 @@ def bounds_over_speed(
 
     Parameters
     ----------
+    machine : InductionMachine
+        The machine.
+    measurement : Measurement
+        Sampling, noise and length of the record.
     motion : Motion
         At omega = 0, with lines of different frequencies.
     speeds : array of shape (n,)

@@ -39,6 +39,11 @@ from imo_analysis.ledger.settle import settle
 def trace(function: Callable[..., Any]) -> Any:
     """What a plain function returns when its parameters are the names that they carry.
 
+    Parameters
+    ----------
+    function : callable
+        Of scalars; its parameters carry the names of the quantities.
+
     Raises
     ------
     InputError
@@ -89,6 +94,17 @@ def with_lyapunov(where: Setting, candidate: Callable[..., Any], name: str = "V"
     """The setting with a candidate and its derivative along the motion, ``V`` and ``V_dot``.
 
     Every parameter of the candidate that has a rate in the setting moves; the others stand still.
+
+    Parameters
+    ----------
+    where : Setting
+        From `error_setting`.
+    candidate : callable
+        V as a plain function; its parameters carry the names of the quantities.
+    name : str
+        What V is called.
+    unit : str
+        Unit of V, for the check of units.
     """
     parameters = inspect.signature(candidate).parameters
     moving = {one: Name(f"{one}_dot") for one in parameters if f"{one}_dot" in where.definitions}
@@ -99,6 +115,11 @@ def with_lyapunov(where: Setting, candidate: Callable[..., Any], name: str = "V"
 
 def from_sympy(expression: Any) -> Expr:
     """The formula of a sympy expression made of symbols, rationals, sums, products, integer powers and absolute values.
+
+    Parameters
+    ----------
+    expression : sympy expression
+        In symbols that have the names of the quantities.
 
     Raises
     ------
@@ -127,7 +148,15 @@ def from_sympy(expression: Any) -> Expr:
 
 @dataclass(frozen=True)
 class Audit:
-    """Entries and mutants of a subject."""
+    """Entries and mutants of a subject.
+
+    Attributes
+    ----------
+    entries : list of Entry
+        One a claim, settled.
+    mutants : MutantReport
+        How many mutants were tried and rejected.
+    """
 
     entries: list[Entry]
     mutants: MutantReport
@@ -145,5 +174,13 @@ class Audit:
 
 
 def audit(claims: Sequence[Claim], kernels: Sequence[str] = ("sympy", "flint")) -> Audit:
-    """Settle claims with kernels that must agree, and run all mutants of the true ones."""
+    """Settle claims with kernels that must agree, and run all mutants of the true ones.
+
+    Parameters
+    ----------
+    claims : sequence of Claim
+        What is claimed.
+    kernels : sequence of str
+        Any of ``sympy``, ``flint``, ``coq``.
+    """
     return Audit(settle(claims, [kernel(name) for name in kernels]), try_mutants(claims, kernels))

@@ -45,6 +45,11 @@ def checked(found: Iterable[Claim]) -> tuple[Claim, ...]:
 def subject(name: str = "paper") -> tuple[Claim, ...]:
     """The claims of a subject: the paper, or another audit shipped as an example.
 
+    Parameters
+    ----------
+    name : str
+        ``paper`` or one of `SUBJECTS`.
+
     Raises
     ------
     InputError

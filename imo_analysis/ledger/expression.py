@@ -113,7 +113,13 @@ def _binary(kind: str, left: Any, right: Any) -> Expr:
 
 
 def names(*which: str) -> tuple[Name, ...]:
-    """Names to feed to a plain definition; ``names("i_ds i_qs")`` and ``names("i_ds", "i_qs")`` are the same."""
+    """Names to feed to a plain definition; ``names("i_ds i_qs")`` and ``names("i_ds", "i_qs")`` are the same.
+
+    Parameters
+    ----------
+    *which : str
+        Names, parted by spaces.
+    """
     return tuple(Name(one) for text in which for one in text.split())
 
 
@@ -138,6 +144,11 @@ def parse(text: str) -> Expr:
     """The tree of a formula in Python syntax: names, numbers, ``+ - * /``, ``**`` with an integer, ``abs()``, brackets.
 
     Decimals are read exactly: ``0.1`` is one tenth.
+
+    Parameters
+    ----------
+    text : str
+        The formula.
 
     Raises
     ------
@@ -191,6 +202,11 @@ def _from_ast(node: ast.AST, text: str) -> Expr:
 
 def parse_relation(text: str) -> Relation:
     """``left = right``, or with ``<= >= < > !=``, both sides as in `parse`.
+
+    Parameters
+    ----------
+    text : str
+        The relation.
 
     Raises
     ------

@@ -25,12 +25,24 @@ def name_latex(name: str) -> str:
 
 
 def to_latex(tree: Expr) -> str:
-    """LaTeX of a tree, in its printed order."""
+    """LaTeX of a tree, in its printed order.
+
+    Parameters
+    ----------
+    tree : Expr
+        The formula.
+    """
     return _set(tree)[0]
 
 
 def relation_latex(relation: Relation) -> str:
-    """LaTeX of a relation."""
+    """LaTeX of a relation.
+
+    Parameters
+    ----------
+    relation : Relation
+        Two formulas and the sign between them.
+    """
     return f"{to_latex(relation.left)} {_SIGNS[relation.op]} {to_latex(relation.right)}"
 
 

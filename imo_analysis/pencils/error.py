@@ -49,6 +49,11 @@ class OperatingPoint:
 
         ``p`` is ``(R_s, L_m, sigma, beta, alpha)``. The rows of (1) are affine in the currents and the voltages, so each is
         solved for from the value at zero.
+
+        Parameters
+        ----------
+        p : machine parameters
+            With R_s, L_m, sigma, beta and alpha in SI units.
         """
         _, L_m, sigma, beta, alpha = p
         frame = self.omega + self.slip
@@ -215,6 +220,17 @@ def frozen_pencil(machine: InductionMachine, name: str, gains: Gains, omega: flo
 
     States are the errors (``i_ds_tilde`` ...), inputs the noise on the measured currents (A) and the error of the voltages
     that the observer is told (V), outputs the states and the error of the reconstructed rotor flux (Wb).
+
+    Parameters
+    ----------
+    machine : InductionMachine
+        The machine that the observer believes in.
+    name : str
+        Observer, by its name in the catalogue.
+    gains : mapping of str to float
+        Gains by name, in SI units.
+    omega : float
+        Electrical speed in rad/s.
     """
     return _state_space(jacobian(name, "frozen"), machine, gains, OperatingPoint(float(omega), None))
 
@@ -224,6 +240,17 @@ def full_pencil(machine: InductionMachine, name: str, gains: Gains, point: Opera
 
     As `frozen_pencil`, with the states ``omega_tilde`` and, where the observer adapts it, ``alpha_tilde``, and with the rates
     of the true speed and alpha as inputs.
+
+    Parameters
+    ----------
+    machine : InductionMachine
+        The machine that the observer believes in.
+    name : str
+        Observer, by its name in the catalogue.
+    gains : mapping of str to float
+        Gains by name, in SI units.
+    point : OperatingPoint
+        The steady state.
     """
     return _state_space(jacobian(name, "full"), machine, gains, point)
 

@@ -141,7 +141,21 @@ def tune(
 def achieved(
     machine: InductionMachine, observer: str, gains: dict[str, float], omega_min: float, omega_max: float, points: int = 401
 ) -> Tuning:
-    """Decay, damping and fastest pole over a range of speeds in both directions, from the observer's own pencil."""
+    """Decay, damping and fastest pole over a range of speeds in both directions, from the observer's own pencil.
+
+    Parameters
+    ----------
+    machine : InductionMachine
+        The machine that the observer believes in.
+    observer : str
+        Observer, by its name in the catalogue.
+    gains : mapping of str to float
+        Gains by name, in SI units.
+    omega_min, omega_max : float
+        Range of the speed's magnitude in rad/s.
+    points : int
+        How many speeds.
+    """
     speeds = np.linspace(omega_min, omega_max, points)
     both = np.concatenate([-speeds[::-1], speeds])
     found = evaluator(machine, observer, gains, "omega", OperatingPoint(0.0, None), "frozen").moving(both)

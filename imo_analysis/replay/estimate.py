@@ -161,6 +161,23 @@ def runners(
 ) -> list[Runner]:
     """The observers, with gains by the rule of `replay_gains` and starts by `flying_start` but for what is given.
 
+    Parameters
+    ----------
+    names : sequence of str
+        Observers of the catalogue.
+    machine : InductionMachine
+        As the observers believe it to be.
+    treatment : Treatment
+        What samples stand for.
+    survey : Survey
+        What the first pass found in the record.
+    level : Level
+        Frequency, flux and noise of the record, from which gains follow.
+    bandwidth : float, optional
+        Of the speed loop in rad/s; by the rule where left out.
+    gains, initial : mapping of str to float, optional
+        In place of what the rule gives, SI units.
+
     Raises
     ------
     InputError
@@ -200,6 +217,17 @@ def estimate(
     """Run the observers through the record, block by block.
 
     The numbers do not depend on ``rows``, to the bit.
+
+    Parameters
+    ----------
+    log : Log
+        The record.
+    observers : mapping of str to Runner
+        From `runners`.
+    rows : int
+        Samples in a block.
+    progress : callable, optional
+        Called with the number of samples done.
     """
     before: Samples | None = None
     for block in log.blocks(rows):

@@ -132,6 +132,11 @@ class Log:
     def blocks(self, rows: int = BLOCK) -> Iterator[Samples]:
         """The samples, ``rows`` at a time; only the last block is shorter.
 
+        Parameters
+        ----------
+        rows : int
+            Samples in a block.
+
         Raises
         ------
         InputError
@@ -148,7 +153,13 @@ class Log:
             raise InputError(f"{self.path}: {first} row(s) of data; a record has at least 2")
 
     def place(self, row: int) -> str:
-        """Where a row stands, for error texts."""
+        """Where a row stands, for error texts.
+
+        Parameters
+        ----------
+        row : int
+            Number of the sample.
+        """
         return str(self._table.place(row))
 
     def _samples(self, first: int, values: np.ndarray) -> Samples:

@@ -29,6 +29,13 @@ _COLUMN = re.compile(r"(\w+)\[(.+)\]")
 def save_run(run: Labelled | xr.Dataset, path: str | Path) -> None:
     """Write a run; the ending of the name says how.
 
+    Parameters
+    ----------
+    run : xarray.Dataset
+        From `simulate`.
+    path : str or pathlib.Path
+        Ends in .nc, .csv or .parquet.
+
     Raises
     ------
     InputError
@@ -41,6 +48,11 @@ def save_run(run: Labelled | xr.Dataset, path: str | Path) -> None:
 
 def load_run(path: str | Path) -> xr.Dataset:
     """Read a run back into memory.
+
+    Parameters
+    ----------
+    path : str or pathlib.Path
+        Ends in .nc, .csv or .parquet.
 
     Raises
     ------
