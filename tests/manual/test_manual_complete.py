@@ -1,0 +1,307 @@
+"""Everything public is documented: names, arguments, symbols, fields of a study, options; and each check can fail."""
+
+import ast
+import re
+from functools import cache
+
+import pytest
+from documents import MANUAL
+from imo_manual import facts
+from imo_manual.docstrings import target
+from imo_manual.names import Module, Public, documented, modules, read_module, sections
+
+from imo_analysis import notation
+from imo_analysis.errors import InputError
+from imo_analysis.study_tables import Seconds, Table
+
+MODULES = modules()
+
+
+def _every(module: Module) -> list[Public]:
+    return [one for public in module.public for one in (public, *public.members)]
+
+
+# Names ----------------------------------------------------------------------------------------------------------------
+def bare(module: Module) -> list[str]:
+    """Public names without a docstring."""
+    return [one.full for one in _every(module) if not one.doc.strip()]
+
+
+def test_every_public_name_has_a_docstring() -> None:
+    assert len(MODULES) > 150 and all(module.doc for module in MODULES)
+    assert not [fault for module in MODULES for fault in bare(module)]
+
+
+def test_every_public_name_is_in_the_reference() -> None:
+    rooms = set(re.findall(r"\.\. room:: (\w+)", "".join(page.read_text() for page in MANUAL.rglob("*.rst"))))
+    needed = {"top" if name.count(".") < 2 and not any(one.name.startswith(f"{name}.") for one in MODULES) else name.split(".")[1]
+              for name in (module.name for module in MODULES) if "." in name}
+    assert needed <= rooms, "give the room a page in manual/reference/names/"
+
+
+# Arguments ------------------------------------------------------------------------------------------------------------
+def chosen() -> list[str]:
+    """The names that the manual offers to people who write Python."""
+    text = (MANUAL / "reference" / "python.md").read_text(encoding="utf-8")
+    listed = [line.strip() for block in re.findall(r"```\{chosen\}\n(.*?)```", text, re.DOTALL) for line in block.splitlines()]
+    return [f"imo_analysis.{line}" for line in listed if line]
+
+
+def unexplained(one: Public) -> list[str]:
+    """Arguments that the docstring's Parameters or Attributes leave out."""
+    known = documented(one.doc)
+    return [f"{one.full}({argument.name})" for argument in one.arguments if argument.name not in known]
+
+
+def unnamed(module: Module) -> list[str]:
+    """Arguments of inner functions that neither a docstring (own, of class, module, room), nor notation, nor a type explains."""
+    found = []
+    for public in module.public:
+        for one in (public, *public.members):
+            words = set(re.findall(r"\w+", f"{_room_doc(module)} {module.doc} {public.doc} {one.doc}"))
+            found += [f"{one.full}({argument.name})" for argument in one.arguments
+                      if not argument.annotation and argument.name not in words and not _symbol(argument.name)]
+    return found
+
+
+def _room_doc(module: Module) -> str:
+    """What the package of the module says: conventions of its whole room."""
+    return next((one.doc for one in MODULES if one.name == module.name.rpartition(".")[0] and one.name != "imo_analysis"), "")
+
+
+def _symbol(name: str) -> bool:
+    """Whether the table of notation has it, or its second table of shorthands."""
+    while True:
+        if name in notation.SHORTHANDS:
+            return True
+        try:
+            notation.symbol(name)
+            return True
+        except InputError:
+            base, _, suffix = name.rpartition("_")
+            if suffix not in ("hat", "tilde", "dot") or not base:
+                return False
+            name = base
+
+
+def test_every_argument_of_what_is_offered_is_explained() -> None:
+    names = {one.full: one for module in MODULES for one in module.public}
+    offered = chosen()
+    assert len(offered) > 40 and len(set(offered)) == len(offered)
+    faults = [fault for name in offered for one in (names[name], *names[name].members) for fault in unexplained(one)]
+    assert not faults
+
+
+def test_every_other_argument_has_a_meaning() -> None:
+    assert not [fault for module in MODULES for fault in unnamed(module)]
+
+
+# Symbols --------------------------------------------------------------------------------------------------------------
+_HEADS = {name.partition("_")[0] for name in (*notation.SYMBOLS, *notation.SHORTHANDS)}
+_TOKEN = re.compile(r"(?<![\w.`/])`{0,2}([A-Za-z][A-Za-z0-9]*(?:_[A-Za-z0-9]+)+)(?![\w(])(?!\.\w)")
+_DEFINED = re.compile(r"``\(([^)`]*)\)``|((?:[A-Za-z]\w*, )*[A-Za-z]\w*) =")
+
+# what a docstring defines in words, beside a formula: place -> symbols
+LOCAL = {
+    "imo_analysis.excitation.ripple": "w_i w_s",
+    "imo_analysis.excitation.swing.shape_of": "w_i",
+    "imo_analysis.ledger.claims.simulation.table_iii_alpha": "sigma_r",
+    "imo_analysis.ledger.claims.supervisor.window": "m_2",
+    "imo_analysis.pencils.sweep.pole_sweep": "R_r_error",
+    "imo_analysis.replay.columns.role_of": "i_alpha",
+    "imo_analysis.simulation.kernel.kernel": "g_0 g_n",
+}
+
+
+@cache
+def _known() -> set[str]:
+    """Names of modules, functions and fields of studies."""
+    public = {one.name.rpartition(".")[2] for other in MODULES for one in (other, *_every(other))}
+    return public | {part for table in facts.study_tables() for field in table.fields for part in field.name.split(".")}
+
+
+def strange(module: Module) -> list[str]:
+    """Words in docstrings that look like a symbol of the paper and are none.
+
+    A word looks like one if it has an underscore and its first part is the letter of a symbol: ``omega_hat``, ``L_m``, ``k_1``.
+    It is one if the notation has it, with any suffixes; or if it is a name of the module's own code; or if the docstring, or
+    that of the module, says what it is: by ``name =`` or in a tuple in backticks, ``(g_11, g_12)``.
+    """
+    own = {node.id for node in ast.walk(module.tree) if isinstance(node, ast.Name)}
+    own |= {node.arg for node in ast.walk(module.tree) if isinstance(node, ast.arg)}
+    own |= {node.attr for node in ast.walk(module.tree) if isinstance(node, ast.Attribute)}
+    own |= {node.name for node in ast.walk(module.tree) if isinstance(node, (ast.FunctionDef, ast.ClassDef))}
+    own |= {node.arg for node in ast.walk(module.tree) if isinstance(node, ast.keyword) and node.arg}
+    own |= {word for node in ast.walk(module.tree) if isinstance(node, ast.Constant) and isinstance(node.value, str)
+            and " " not in node.value for word in [node.value]}
+    found = []
+    for full, doc in [(module.name, module.doc), *((one.full, one.doc) for one in _every(module))]:
+        said = {word for pair in _DEFINED.findall(f"{module.doc}\n{doc}") for word in re.findall(r"\w+", " ".join(pair))}
+        for word in _TOKEN.findall(doc):
+            if word.partition("_")[0] in _HEADS and not _symbol(word) and word not in own | said | _known():
+                found.append(f"{full}: {word}")
+    return found
+
+
+def test_every_symbol_in_a_docstring_is_in_the_notation() -> None:
+    found = {fault for module in MODULES for fault in strange(module)}
+    local = {f"{place}: {word}" for place, words in LOCAL.items() for word in words.split()}
+    assert not found - local
+    assert not local - found, "no longer needed"
+
+
+def dead(module: Module) -> list[str]:
+    """Dotted names in single backticks, or names of functions of this package, that lead nowhere."""
+    found = []
+    for full, doc in [(module.name, module.doc), *((one.full, one.doc) for one in _every(module))]:
+        for text in re.findall(r"(?<![`\w])`([A-Za-z_][\w.]*\.[\w.]+)`(?!`)", doc):
+            first = text.partition(".")[0]
+            ours = first == "imo_analysis" or any(first == one.name.split(".")[1] for one in MODULES if "." in one.name)
+            if ours and not target(text, module.name) and not _constant(text):
+                found.append(f"{full}: {text}")
+    return found
+
+
+def _constant(text: str) -> bool:
+    name, _, last = text.rpartition(".")
+    return any(last in one.constants for one in MODULES if one.name.endswith(name))
+
+
+def test_names_in_docstrings_lead_somewhere() -> None:
+    assert not [fault for module in MODULES for fault in dead(module)]
+
+
+# Study fields and options ---------------------------------------------------------------------------------------------
+def silent(tables: list[facts.StudyTable]) -> list[str]:
+    """Fields without a meaning, and quantities without a unit."""
+    fields = [field for table in tables for field in table.fields]
+    return [f"{field.table} {field.name}" for field in fields
+            if not field.meaning or not field.default or (field.kind in ("number", "list of numbers") and not field.unit)]
+
+
+def test_every_field_of_a_study_has_unit_default_and_meaning() -> None:
+    tables = facts.study_tables()
+    assert sum(len(one.fields) for one in tables) > 80
+    assert not silent(tables)
+
+
+def test_the_two_keys_that_are_no_parameters_work(tmp_path) -> None:
+    from imo_analysis.study import Study
+
+    (tmp_path / "machine.toml").write_text('[machine]\npreset = "table-iii"\n')
+    data = Study.paper().data
+    for given in ({"file": "machine.toml"}, {"preset": "table-iii"}):
+        study = Study.from_data({**data, "machine": {**given, "R_s": 0.5}}, "test", tmp_path)
+        assert study.machine.R_s == 0.5 and study.machine.R_r == 0.41
+
+
+def test_every_option_has_help() -> None:
+    commands = facts.commands()
+    assert sum(len(one.options) for one in commands) > 60
+    assert not [f"imo {one.name} {option.written}" for one in commands for option in one.options if not option.meaning.strip()]
+    assert not [one.name for one in commands if not (one.description.strip() and one.example)]
+
+
+# Mutants: each check above must be able to fail -----------------------------------------------------------------------
+SOURCE = '''"""A module. The rate is alpha_hat_dot, from ``L_m`` and `machine.InductionMachine`; chi_2 = 3."""
+
+
+def gain(k_1, x, name: str):
+    """The gain k_1 on x, with `chi_2` and v_1_hat.
+
+    Parameters
+    ----------
+    k_1, x : float
+        In 1/s.
+    name : str
+        Whose.
+    """
+
+
+class Law:
+    """A law.
+
+    Attributes
+    ----------
+    g : float
+        In 1/s.
+    """
+
+    g: float
+
+    def rate(self, i_tilde):
+        """The rate."""
+'''
+
+
+def planted(old: str, new: str) -> Module:
+    assert SOURCE.count(old) >= 1
+    return read_module(SOURCE.replace(old, new), "imo_analysis.planted")
+
+
+def test_the_planted_module_is_clean() -> None:
+    module = read_module(SOURCE, "imo_analysis.planted")
+    assert not bare(module) and not unnamed(module) and not strange(module) and not dead(module)
+    assert not [fault for one in module.public for fault in unexplained(one)]
+
+
+@pytest.mark.parametrize(("check", "old", "new", "fault"), [
+    (bare, '        """The rate."""', "        return 0", "imo_analysis.planted.Law.rate"),
+    (bare, '"""A law.', '""""""\n    """', "imo_analysis.planted.Law"),
+    (unnamed, "i_tilde", "wish", "imo_analysis.planted.Law.rate(wish)"),
+    (unnamed, "x, name: str", "x, other, name: str", "imo_analysis.planted.gain(other)"),
+    (strange, "alpha_hat_dot", "alpha_hta_dot", "imo_analysis.planted: alpha_hta_dot"),
+    (strange, "``L_m``", "``L_M``", "imo_analysis.planted: L_M"),
+    (strange, "gain k_1 on", "gain k_4 on", "imo_analysis.planted.gain: k_4"),
+    (strange, "v_1_hat", "v_3_hat", "imo_analysis.planted.gain: v_3_hat"),
+    (dead, "machine.InductionMachine", "machine.InductionMotor", "imo_analysis.planted: machine.InductionMotor"),
+])
+def test_a_planted_fault_is_found(check, old: str, new: str, fault: str) -> None:
+    assert check(planted(old, new)) == [fault]
+
+
+@pytest.mark.parametrize(("old", "new", "fault"), [
+    ("k_1, x : float", "k_1 : float", "imo_analysis.planted.gain(x)"),
+    ("name : str\n        Whose.", "whose : str\n        Whose.", "imo_analysis.planted.gain(name)"),
+    ("    g : float", "    h : float", "imo_analysis.planted.Law(g)"),
+])
+def test_a_planted_argument_is_found(old: str, new: str, fault: str) -> None:
+    assert [one for public in planted(old, new).public for one in unexplained(public)] == [fault]
+
+
+def test_a_planted_field_is_found() -> None:
+    class Inner(Table):
+        """``[inner]``: a table.
+
+        Attributes
+        ----------
+        length : float
+            In s.
+        """
+
+        length: Seconds = 1.0
+        width: float = 2.0
+
+    class Planted(Table):
+        """A study."""
+
+        inner: Inner = Inner()
+
+    tables = [one for one in facts.study_tables(Planted) if one.heading == "[inner]"]
+    assert [field.unit for field in tables[0].fields] == ["s", ""]
+    assert silent(tables) == ["[inner] width"]
+
+
+def test_a_planted_option_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    from imo_analysis.commands import study
+
+    declare = study.add_arguments
+    monkeypatch.setattr(study, "add_arguments", lambda parser: (declare(parser), parser.add_argument("--wish", metavar="X")))
+    found = [option for one in facts.commands() if one.name == "study" for option in one.options if not option.meaning]
+    assert [option.written for option in found] == ["--wish X"]
+
+
+def test_sections_of_a_docstring() -> None:
+    doc = "Text.\n\nParameters\n----------\na, b : float\n    In s.\n**more\n    Others.\n\nReturns\n-------\nfloat\n    c."
+    assert list(sections(doc)) == ["", "Parameters", "Returns"]
+    assert documented(doc) == {"a": ("float", "In s."), "b": ("float", "In s."), "more": ("", "Others.")}
