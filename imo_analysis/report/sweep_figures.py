@@ -16,6 +16,9 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+LINE = 0.5  # share of the runs at which the white line runs
+BAND = (0.05, 0.95)  # shares of the runs below the lower and the upper edge of the band
+
 
 def sweep_figure(data: xr.Dataset) -> Figure:
     """Draw a sweep.
@@ -95,8 +98,8 @@ def _map(data: xr.Dataset, first: str, second: str) -> Figure:
         share, _ = shares(data, name, edges, [first, second])
         x, y = edges[0] * x_factor + x_offset, edges[1] * y_factor + y_offset
         mesh = axis.pcolormesh(x, y, 100 * share.T, vmin=0, vmax=100, cmap="cividis", edgecolors="face", linewidth=0.2)
-        if np.nanmax(share) > 0.5 and np.nanmin(share) < 0.5 and min(share.shape) > 3:
-            axis.contour((x[1:] + x[:-1]) / 2, (y[1:] + y[:-1]) / 2, np.nan_to_num(share.T), levels=[0.5], colors="white",
+        if np.nanmax(share) > LINE > np.nanmin(share) and min(share.shape) > 3:
+            axis.contour((x[1:] + x[:-1]) / 2, (y[1:] + y[:-1]) / 2, np.nan_to_num(share.T), levels=[LINE], colors="white",
                          linewidths=1.2)
         possible = data["possible"].values == 1
         whole = float(data["holds"].sel(observer=name).values[possible].mean())
@@ -104,10 +107,10 @@ def _map(data: xr.Dataset, first: str, second: str) -> Figure:
         axis.grid(False)
         axis.set_xlabel(x_label if len(names) == 1 else "")
     if len(names) > 1:
-        figure.supxlabel(x_label, fontsize=9)
+        figure.supxlabel(x_label, fontsize="medium")
     axes[0][0].set_ylabel(y_label)
     bar = figure.colorbar(mesh, ax=list(axes[0]), shrink=0.95, pad=0.02)
-    bar.set_label("runs in which it holds (%)\nwhite line: half of them")
+    bar.set_label(f"runs in which it holds (%)\nwhite line: {100 * LINE:g} %")
     bar.outline.set_linewidth(0.5)
     return figure
 
@@ -134,11 +137,11 @@ def _over_one(data: xr.Dataset, field: str) -> Figure:
     above.set_ylim(-4, 104)
     above.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=4, frameon=False, borderaxespad=0.2)
     below.set_yscale("log")
-    below.set_ylabel("rms speed error (rad/s)\nmedian and 5 to 95 %")
+    below.set_ylabel(f"rms speed error (rad/s)\nmedian and {100 * BAND[0]:g} to {100 * BAND[1]:g} %")
     below.set_xlabel(label)
     return figure
 
 
 def _quantiles(values: Array) -> Array:
     values = values[np.isfinite(values)]
-    return np.quantile(values, [0.05, 0.5, 0.95]) if values.size else np.full(3, np.nan)
+    return np.quantile(values, [BAND[0], 0.5, BAND[1]]) if values.size else np.full(3, np.nan)
