@@ -22,7 +22,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks import c_code, contenders, motulator_way
+from benchmarks import c_code, contenders, motulator_way, poles
 from imo_analysis.simulation.run import simulate_labelled
 from imo_analysis.sweeps.batch import processors
 from imo_analysis.sweeps.sweep import sweep
@@ -222,6 +222,11 @@ def _memory() -> float:
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1.0 if sys.platform == "darwin" else 1024.0)
 
 
+def atlas(quick: bool) -> list[dict[str, Any]]:
+    """Poles: the closed form against C, batches against a loop over python-control."""
+    return poles.lines(quick, ratio, row)
+
+
 def command(quick: bool) -> list[dict[str, Any]]:
     """The whole command ``imo simulate`` on the paper's study of 60 s, in a fresh process with a warm cache."""
     import resource
@@ -251,7 +256,7 @@ def main() -> int:
     rows = []
     print(f"| {'figure':<62} | {'measured':>9} | {'to reach':>9} |    | beside it |")
     print(f"|{'-' * 64}|{'-' * 11}|{'-' * 11}|----|---|")
-    for part in (one_loop, batches, growth, command):
+    for part in (one_loop, batches, growth, atlas, command):
         for line in part(arguments.quick):
             rows.append(line)
             sign = ">=" if line["at_least"] else "<="

@@ -1,8 +1,9 @@
-"""The frozen-speed system matrix without the poles that are zero by structure, for those that have no closed form.
+"""The system matrix without the poles that z_tilde and xi_tilde have between them whatever the gains are.
 
-A of rank r is ``B C``, B being r of its columns and C what makes the others of them; ``C B`` is r x r and has the poles of A
-but for the zeros. So a pole that passes near zero is not mixed up with those that stay there. B and C are found symbolically,
-among the choices of columns with which C divides by nothing that can be zero.
+Both are driven by the current error alone and turn with the frame: ``(z, xi)' = -w_s J (z, xi) + C i``. So what is excited of
+them is ``(z, xi) = C y`` with ``y' = -w_s J y + i``, and with y in their place two states fewer have all poles but a pair:
+zero twice at frozen speed, where the frame rests, and plus and minus j w_s in the frame of the flux. Nothing is divided by,
+and a pole that passes near one of those is not mixed up with it by an eigenvalue solver.
 """
 
 from __future__ import annotations
@@ -10,23 +11,25 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from itertools import combinations
 from typing import Any
 
 import numpy as np
 import sympy as sp
 
-from imo_analysis.pencils.jacobian import jacobian, structural_rank
+from imo_analysis.pencils.error import poles
+from imo_analysis.pencils.jacobian import Kind, jacobian
+
+_LOOPS = ("z_1_tilde", "z_2_tilde", "xi_1_tilde", "xi_2_tilde")
 
 
 @dataclass(frozen=True)
 class Reduced:
-    """The r x r matrix.
+    """The smaller matrix.
 
     Attributes
     ----------
     matrix : sympy.Matrix
-        ``C B``.
+        In (i_tilde, y, the adapted), or the whole matrix where there is no xi.
     arguments : tuple of str
         Names of what it depends on.
     function : callable
@@ -38,46 +41,54 @@ class Reduced:
     function: Any
 
     def poles(self, values: Mapping[str, Any]) -> np.ndarray:
-        """The poles that are not zero by structure, complex, shape ``(..., r)``."""
-        r = self.matrix.rows
-        entries = self.function(*(values[name] for name in self.arguments))
+        """Its poles, complex, shape ``(..., n)``, sorted."""
+        n = self.matrix.rows
         shape = np.broadcast_shapes(*(np.shape(values[name]) for name in self.arguments))
-        matrices = np.empty((*shape, r * r))
-        for k, entry in enumerate(entries):
+        matrices = np.empty((*shape, n * n))
+        for k, entry in enumerate(self.function(*(values[name] for name in self.arguments))):
             matrices[..., k] = entry
-        return np.asarray(np.linalg.eigvals(matrices.reshape(*shape, r, r)), dtype=complex)
+        return poles(matrices.reshape(*shape, n, n))
 
 
 @cache
-def reduced(name: str) -> Reduced:
-    """The reduced frozen-speed matrix of an observer.
+def reduced(name: str, kind: Kind = "frozen") -> Reduced:
+    """The reduced matrix of an observer.
 
     Raises
     ------
     InputError
-        If the observer is not known.
+        As `imo_analysis.pencils.jacobian.jacobian`.
     """
-    derived = jacobian(name, "frozen")
-    n, rank = len(derived.states), structural_rank(name)
-    A = derived.matrix[:n, :n]
-    for chosen in combinations(range(n), rank):
-        B = A[:, list(chosen)]
-        C = _factor(B, A)
-        if C is not None:
-            matrix = (C * B).applyfunc(sp.cancel)
-            ordered = {symbol.name: symbol for symbol in matrix.free_symbols}
-            used = tuple(argument for argument in derived.arguments if argument in ordered)
-            function = sp.lambdify([ordered[argument] for argument in used], list(matrix), modules="numpy", cse=True)
-            return Reduced(matrix, used, function)
-    raise AssertionError(f"{name}: every choice of columns divides by something that can be zero")
+    derived = jacobian(name, kind)
+    n = len(derived.states)
+    matrix = derived.matrix[:n, :n]
+    if set(_LOOPS) <= set(derived.states):
+        matrix = _without_the_pair(matrix, derived.states)
+    ordered = {symbol.name: symbol for symbol in matrix.free_symbols}
+    used = tuple(argument for argument in derived.arguments if argument in ordered)
+    function = sp.lambdify([ordered[argument] for argument in used], list(matrix), modules="numpy", cse=True)
+    return Reduced(matrix, used, function)
 
 
-def _factor(B: Any, A: Any) -> Any:
-    """C with ``A = B C``, or None where B has less than full rank or C divides by what can be zero."""
-    from sympy.polys.matrices import DomainMatrix
-
-    whole, pivots = DomainMatrix.from_Matrix(B.row_join(A)).to_field().rref()
-    if pivots != tuple(range(B.cols)):
-        return None
-    C = whole.to_Matrix()[: B.cols, B.cols :].applyfunc(sp.cancel)
-    return C if all(sp.fraction(entry)[1].is_positive for entry in C) else None
+def _without_the_pair(A: Any, states: tuple[str, ...]) -> Any:
+    current = [states.index("i_ds_tilde"), states.index("i_qs_tilde")]
+    loops = [states.index(state) for state in _LOOPS]
+    rest = [k for k in range(len(states)) if k not in (*current, *loops)]
+    C = A[loops, current]
+    turning = A[loops[:2], loops[:2]]
+    P = sp.zeros(len(states), 4 + len(rest))
+    for column, row in enumerate((*current, None, None, *rest)):
+        if row is not None:
+            P[row, column] = 1
+    for k, row in enumerate(loops):
+        P[row, 2:4] = C[k, :]
+    smaller = sp.zeros(P.cols, P.cols)
+    AP = A * P
+    for new, row in enumerate((*current, None, None, *rest)):
+        if row is not None:
+            smaller[new, :] = AP[row, :]
+    smaller[2:4, 0:2] = sp.eye(2)
+    smaller[2:4, 2:4] = turning
+    if any(sp.expand(entry) != 0 for entry in AP[loops, :] - (P * smaller)[loops, :]):
+        raise AssertionError(f"z and xi of {states} are not driven by the current error alone")
+    return smaller

@@ -18,7 +18,7 @@ from imo_analysis.machine import InductionMachine
 from imo_analysis.notation import symbol
 from imo_analysis.pencils.branches import track
 from imo_analysis.pencils.closed_form import closed_form
-from imo_analysis.pencils.error import MACHINE_FIELDS, Gains, OperatingPoint, arguments, gain_values, poles
+from imo_analysis.pencils.error import MACHINE_FIELDS, Gains, OperatingPoint, arguments, gain_values
 from imo_analysis.pencils.jacobian import jacobian, known_observer
 from imo_analysis.pencils.reduced import reduced
 from imo_analysis.pencils.setup import Setup, labelled
@@ -280,10 +280,10 @@ def evaluator(
 
     With a tuple of names for ``over`` the functions take a tuple of arrays that broadcast. The poles are not in any order.
 
-    The adaptive observers have poles that no gain moves: at zero at frozen speed; at zero and at plus and minus j times the
-    stator frequency in the frame of the flux. Near one of them an eigenvalue solver mixes it with a pole that crosses the
-    axis there, so they are taken out first: exactly at frozen speed, in the closed form or by reducing the matrix; by
-    position otherwise.
+    The adaptive observers have poles that no gain moves: two at zero at frozen speed; two at plus and minus j times the
+    stator frequency and one at zero in the frame of the flux. Near one of them an eigenvalue solver mixes it with a pole that
+    crosses the axis there, so they are left out of the matrix (`imo_analysis.pencils.reduced`); the last one is taken out by
+    its place.
     """
     names = over if isinstance(over, tuple) else (over,)
     possible = sweepable(observer, kind)
@@ -304,15 +304,14 @@ def evaluator(
     def shape(values: Any) -> tuple[int, ...]:
         return np.broadcast_shapes(*(array.shape for array in arrays(values).values()))
 
-    def targets(values: Any) -> np.ndarray:
+    def pair(values: Any) -> np.ndarray:
         changed = replace(fixed, **{name: at for name, at in arrays(values).items() if name in ("omega", "slip")})
         frame = np.broadcast_to(np.asarray(changed.omega + changed.slip, dtype=float), shape(values))
-        return np.stack([frame, -frame, np.zeros_like(frame)], axis=-1) * 1j
+        return np.stack([frame, -frame], axis=-1) * 1j
 
     if kind == "settled":
-        return _settled(machine, observer, gains, fixed, arrays, shape, targets)
+        return _settled(machine, observer, gains, fixed, arrays, shape, pair)
     derived = jacobian(observer, kind)
-    n = len(derived.states)
 
     def numbers(values: Any) -> dict[str, Any]:
         changes = {}
@@ -321,34 +320,34 @@ def evaluator(
             changes[field] = value if field == name else getattr(machine, field) * (1 + value)
         return arguments(derived, machine, gains, fixed, changes)
 
-    def matrices(values: Any) -> np.ndarray:
-        found = derived.system_matrix(numbers(values))
-        return np.broadcast_to(found, (*shape(values), n, n))
+    def alike(found: np.ndarray, values: Any) -> np.ndarray:
+        return np.broadcast_to(found, (*shape(values), found.shape[-1]))
 
-    if kind == "frozen":
-        form = closed_form(observer)
-        if form is not None:
-            solved = form
-            return Poles(
-                lambda values: np.broadcast_to(solved.poles(numbers(values)), (*shape(values), 4)),
-                lambda values: np.zeros((*shape(values), solved.at_zero), dtype=complex),
-            )
-        smaller = reduced(observer)
-        rank = smaller.matrix.rows
+    form = closed_form(observer) if kind == "frozen" else None
+    if form is not None:
+        solved = form
         return Poles(
-            lambda values: np.broadcast_to(smaller.poles(numbers(values)), (*shape(values), rank)),
-            lambda values: np.zeros((*shape(values), n - rank), dtype=complex),
+            lambda values: alike(solved.poles(numbers(values)), values),
+            lambda values: np.zeros((*shape(values), solved.at_zero), dtype=complex),
         )
-
-    count = 3 if "xi_1_tilde" in derived.states else 0
+    smaller = reduced(observer, kind)
+    left_out = len(derived.states) - smaller.matrix.rows
+    if kind == "frozen":
+        return Poles(
+            lambda values: alike(smaller.poles(numbers(values)), values),
+            lambda values: np.zeros((*shape(values), left_out), dtype=complex),
+        )
+    if left_out == 0:
+        return Poles(lambda values: alike(smaller.poles(numbers(values)), values), lambda values: pair(values)[..., :0])
+    zero = np.zeros(1)
     return Poles(
-        lambda values: _without(poles(matrices(values)), targets(values)[..., :count]),
-        lambda values: targets(values)[..., :count],
+        lambda values: _without(alike(smaller.poles(numbers(values)), values), zero),
+        lambda values: np.concatenate([np.zeros((*shape(values), 1)), pair(values)], axis=-1),
     )
 
 
 def _settled(
-    machine: InductionMachine, observer: str, gains: Gains, point: OperatingPoint, arrays: Any, shape: Any, targets: Any
+    machine: InductionMachine, observer: str, gains: Gains, point: OperatingPoint, arrays: Any, shape: Any, pair: Any
 ) -> Poles:
     """The poles where an observer with parameter errors rests, without the two at plus and minus j times the frequency."""
     from imo_analysis.pencils.operating import poles_with_errors
@@ -364,8 +363,8 @@ def _settled(
     known = known_observer(observer)
     count = 2 if "xi_1_hat" in known.states else 0
     return Poles(
-        lambda values: _without(whole(values), targets(values)[..., :count]),
-        lambda values: targets(values)[..., :count],
+        lambda values: _without(whole(values), pair(values)[..., :count]),
+        lambda values: pair(values)[..., :count],
     )
 
 

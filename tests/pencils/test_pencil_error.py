@@ -53,7 +53,7 @@ def test_frozen_poles_by_three_routes(name: str, omega: float) -> None:
     parameters = dict(zip(PARAMETERS, MACHINE.observer_parameters, strict=True))
     same(computed, frozen_poles(name, parameters, gains(name), omega), 1e-9 * scale)
     same(computed, frozen_pencil(MACHINE, name, gains(name), omega).poles(), 1e-9 * scale)
-    moving = reduced(name).poles(arguments(jacobian(name), MACHINE, gains(name), OperatingPoint(omega, None)))
+    moving = reduced(name, "frozen").poles(arguments(jacobian(name), MACHINE, gains(name), OperatingPoint(omega, None)))
     same(np.concatenate([moving, np.zeros(len(computed) - len(moving))]), computed, 1e-9 * scale)
 
 
