@@ -15,6 +15,7 @@ from imo_analysis.machine import InductionMachine, preset
 from imo_analysis.pencils.error import OperatingPoint, frozen_matrix, full_matrix, poles, poles_at
 from imo_analysis.simulation.run import simulate
 from imo_analysis.study import Study, paper_text
+from imo_analysis.sweeps.batch import run_batch
 
 MACHINE = preset("table-iii-printed-alpha")
 NAME = "baseline_scheduled"
@@ -142,6 +143,7 @@ def shortened(**changes: Any) -> Study:
                           "reference.omega": [40.0, 100.0], "load.time": [0.0], "load.T_l": [0.0], **changes})
 
 
+@pytest.mark.slow
 def test_it_converges_on_the_step_of_fig_3_in_both_directions() -> None:
     runs = [simulate(shortened(**changes)).isel(observer=0) for changes in ({}, {"reference.omega": [-40.0, -100.0]})]
     for run, speed in zip(runs, (100.0, -100.0), strict=True):
@@ -162,6 +164,7 @@ def test_with_too_small_an_alpha_it_keeps_the_speed_without_load() -> None:
     assert float(error.max()) > 1.0 and float(error.sel(time=slice(3.6, None)).max()) < 0.05
 
 
+@pytest.mark.slow
 def test_braking_at_low_speed_is_lost_at_the_rate_of_the_pencil() -> None:
     study = Study.paper().scenario("regenerating")
     run = simulate(study)
@@ -178,6 +181,17 @@ def test_braking_at_low_speed_is_lost_at_the_rate_of_the_pencil() -> None:
     end = abs(run.omega - run.omega_hat).isel(time=-1)
     assert float(end.sel(observer=NAME)) > 10 and float(end.sel(observer="baseline")) > 10
     assert float(end.sel(observer="repaired")) < 0.5 and float(end.sel(observer="consistent_12")) < 0.5
+
+
+@pytest.mark.slow
+def test_a_batch_over_k_is_the_single_runs() -> None:
+    study = shortened(**{"simulation.duration": 0.3, "simulation.record_every": 1, "initial.omega": 35.0})
+    gain = f"observers.{NAME}.gains.k"
+    batch = run_batch(study, {gain: np.array([1.0, 1.485, 2.0])}, jobs=1).ends[f"{NAME}/omega_hat"]
+    assert len(set(batch)) == 3
+    for k, found in zip((1.0, 1.485, 2.0), batch, strict=True):
+        run = simulate(study.changed({gain: k, "simulation.duration": 0.3001}))  # the record after the batch's last sample
+        assert float(run.omega_hat[0, -1]) == pytest.approx(found, rel=1e-11)
 
 
 # At the command line ------------------------------------------------------------------------------------------------
