@@ -1,9 +1,9 @@
-"""The one thing that pyproject.toml cannot say: ``derivations/`` travels in the wheel as data, inside the package."""
+"""What pyproject.toml cannot say: ``derivations/`` and ``course/`` travel in the wheel as data, inside the package."""
 
 from setuptools import find_packages, setup
 
 setup(
-    packages=[*find_packages(include=["imo_analysis*"]), "imo_analysis.derivations"],
-    package_dir={"imo_analysis.derivations": "derivations"},
-    package_data={"imo_analysis.derivations": ["*.py"]},
+    packages=[*find_packages(include=["imo_analysis*"]), "imo_analysis.derivations", "imo_analysis.course"],
+    package_dir={"imo_analysis.derivations": "derivations", "imo_analysis.course": "course"},
+    package_data={"imo_analysis.derivations": ["*.py"], "imo_analysis.course": ["*.py", "*.md"]},
 )

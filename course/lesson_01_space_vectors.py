@@ -33,17 +33,17 @@ machine = PRESETS["table-iii-printed-alpha"]
 # %% [markdown]
 # ## Three currents, one arrow
 #
-# The three stator windings sit 120° apart. Each makes a field along its own axis, in proportion to its current. The fields
-# add as arrows do, so give each current its direction in the complex plane and add:
+# The three stator windings sit 120° apart. Each makes a field along its own axis, in proportion to its current. The
+# fields add as arrows do, so give each current its direction in the complex plane and add:
 #
 # $$ i = \tfrac23 \left( i_a + i_b\, e^{j 2\pi/3} + i_c\, e^{-j 2\pi/3} \right) = i_d + j\, i_q . $$
 #
-# That is the **space vector**. The factor $\tfrac23$ is a convention, *amplitude-invariant*: the arrow is as long as the peak
-# of one phase current. (With $\sqrt{2/3}$ instead, power is invariant. Papers differ; this one uses $\tfrac23$, as the
-# $\tfrac32$ in its torque shows.)
+# That is the **space vector**. The factor $\tfrac23$ is a convention, *amplitude-invariant*: the arrow is as long as the
+# peak of one phase current. (With $\sqrt{2/3}$ instead, power is invariant. Papers differ; this one uses $\tfrac23$, as
+# the $\tfrac32$ in its torque shows.)
 #
-# **Write down what you expect.** The phases carry a balanced sine of 10 A peak, 50 Hz. What does the tip of the arrow draw, and
-# how long is the arrow? Then: phase c is cut, and the other two carry $i_b = -i_a$. What does the tip draw now?
+# **Write down what you expect.** The phases carry a balanced sine of 10 A peak, 50 Hz. What does the tip of the arrow
+# draw, and how long is the arrow? Then: phase c is cut, and the other two carry $i_b = -i_a$. What does the tip draw now?
 
 # %%
 my_length = ...  # A, the arrow of the balanced currents
@@ -61,7 +61,7 @@ def space_vector(a, b, c):
 balanced = space_vector(*(10 * np.cos(angle - k * 2 * np.pi / 3) for k in range(3)))
 expected(my_length, float(np.abs(balanced).mean()), "A")
 
-
+# %% jupyter={"source_hidden": true}
 @in_style
 def tips(imbalance=0.0, fifth=0.0):
     """The tip of the current's arrow: phase c weaker by a share, and a fifth harmonic in all phases."""
@@ -85,21 +85,21 @@ vary(tips, imbalance=(0.0, 1.0, 0.1), fifth=(0.0, 0.2, 0.02))
 picture(tips(imbalance=0.4))
 
 # %% [markdown]
-# A balanced sine draws a circle. A weak phase squeezes it to an ellipse: the arrow pulses at twice the frequency, and so does
-# the torque. With one phase cut and $i_b = -i_a$ the tip runs on a straight line: two counter-rotating arrows of equal length.
-# Whoever looks at $i_d$ against $i_q$ on a scope sees all of that at a glance.
+# A balanced sine draws a circle. A weak phase squeezes it to an ellipse: the arrow pulses at twice the frequency, and so
+# does the torque. With one phase cut and $i_b = -i_a$ the tip runs on a straight line: two counter-rotating arrows of
+# equal length. Whoever looks at $i_d$ against $i_q$ on a scope sees all of that at a glance.
 #
 # ## Two windings, two laws
 #
-# In space vectors the machine is two coupled coils, a fixed one and one that turns. With flux linkages
-# $\psi_s = L_s i + L_m i_r$ and $\phi = L_r i_r + L_m i$ (the rotor's), seen from the stator:
+# In space vectors the machine is two coupled coils, a fixed one and one that turns. With flux linkages $\psi_s = L_s i +
+# L_m i_r$ and $\phi = L_r i_r + L_m i$ (the rotor's), seen from the stator:
 #
 # * stator: $\dot\psi_s = u - R_s i$. Voltage, less the resistive drop, winds up flux.
-# * rotor: $\dot\phi = -R_r i_r + j\omega\phi$. Its bars are shorted, so flux decays through $R_r$, and it is carried round with
-#   the rotor at the **electrical** speed $\omega$: pole pairs times the shaft's.
+# * rotor: $\dot\phi = -R_r i_r + j\omega\phi$. Its bars are shorted, so flux decays through $R_r$, and it is carried
+#   round with the rotor at the **electrical** speed $\omega$: pole pairs times the shaft's.
 #
-# The rotor current is not measured. Eliminating it, and writing the stator row for the current, gives (1). Here it is, not
-# typed in again but printed by the very function that the simulator compiles, fed with names in place of numbers:
+# The rotor current is not measured. Eliminating it, and writing the stator row for the current, gives (1). Here it is,
+# not typed in again but printed by the very function that the simulator compiles, fed with names in place of numbers:
 
 # %%
 left = ("i_ds_dot", "i_qs_dot", "phi_dr_dot", "phi_qr_dot", "omega_dot")
@@ -107,8 +107,9 @@ state = names("i_ds i_qs phi_dr phi_qr omega")
 rows(left, plant.plant(state, names("u_ds u_qs"), *names("omega_1 T_l"), names("R_s L_m sigma beta alpha mu n_p J")))
 
 # %% [markdown]
-# $\omega_1$ is the speed of the frame from which we look. The paper stays in the stationary frame, $\omega_1 = 0$; looking along
-# with the flux, currents and fluxes of a steady machine stand still. The letters, with the numbers of Table III:
+# $\omega_1$ is the speed of the frame from which we look. The paper stays in the stationary frame, $\omega_1 = 0$;
+# looking along with the flux, currents and fluxes of a steady machine stand still. The letters, with the numbers of Table
+# III:
 
 # %%
 for name, unit, meaning in (
@@ -126,8 +127,9 @@ print(f"time constants: current {1e3 / machine.gamma:.1f} ms, rotor flux {1e3 / 
 #
 # ### Exercise 1.1: the current that holds the flux
 #
-# Turn with the flux, so that it lies on the d axis and is constant, $\phi = \phi_{dr}$, $\phi_{qr} = 0$. The third row of (1)
-# is then $0 = -\alpha\phi_{dr} + \alpha L_m i_{ds}$. Give $i_{ds}$ in A for the reference flux of Table III, 0.5307 Wb.
+# Turn with the flux, so that it lies on the d axis and is constant, $\phi = \phi_{dr}$, $\phi_{qr} = 0$. The third row of
+# (1) is then $0 = -\alpha\phi_{dr} + \alpha L_m i_{ds}$. Give $i_{ds}$ in A for the reference flux of Table III, 0.5307
+# Wb.
 
 # %%
 answer_1_1 = ...
@@ -136,7 +138,8 @@ check("1.1", answer_1_1)
 # %% [markdown]
 # <details><summary>Solution 1.1</summary>
 #
-# $\alpha$ cancels: $i_{ds} = \phi / L_m$, about 8.8 A. The rotor resistance says how fast the flux comes, not how much there is.
+# $\alpha$ cancels: $i_{ds} = \phi / L_m$, about 8.8 A. The rotor resistance says how fast the flux comes, not how much
+# there is.
 #
 # ```python
 # answer_1_1 = 0.5307 / machine.L_m
@@ -146,8 +149,8 @@ check("1.1", answer_1_1)
 #
 # ## How long until there is flux?
 #
-# **Write down what you expect.** The drive steps $i_{ds}$ from zero to that value. After how many seconds has the flux reached
-# 95 %?
+# **Write down what you expect.** The drive steps $i_{ds}$ from zero to that value. After how many seconds has the flux
+# reached 95 %?
 
 # %%
 my_time = ...  # s
@@ -169,7 +172,7 @@ def flux_after_step(alpha):
 time, flux = flux_after_step(machine.alpha)
 expected(my_time, float(time[np.argmax(flux > 0.95 * 0.5307)]), "s")
 
-
+# %% jupyter={"source_hidden": true}
 @in_style
 def build_up(R_r=0.615):
     """Rotor flux after a step of the d current, for a rotor resistance in ohm."""
@@ -185,13 +188,14 @@ vary(build_up, R_r=(0.2, 1.2, 0.05))
 
 # %% [markdown]
 # Three time constants, $3/\alpha$: close to a third of a second. Rotor resistance rises by half between a cold and a hot
-# machine, so $\alpha$ is the parameter that wanders. The paper wants to estimate it while running; lesson 7 asks when one can.
+# machine, so $\alpha$ is the parameter that wanders. The paper wants to estimate it while running; lesson 7 asks when one
+# can.
 #
 # ## Torque and the factor 3/2
 #
-# Three phases carry power: $p = u_a i_a + u_b i_b + u_c i_c = \tfrac32\,\mathrm{Re}(u\, i^*)$ in amplitude-invariant vectors. The
-# $\tfrac32$ repays the $\tfrac23$. Torque is power over shaft speed, and a machine with $n_p$ pole pairs turns $n_p$ times slower
-# than its field, so $n_p$ comes in as a gear does:
+# Three phases carry power: $p = u_a i_a + u_b i_b + u_c i_c = \tfrac32\,\mathrm{Re}(u\, i^*)$ in amplitude-invariant
+# vectors. The $\tfrac32$ repays the $\tfrac23$. Torque is power over shaft speed, and a machine with $n_p$ pole pairs
+# turns $n_p$ times slower than its field, so $n_p$ comes in as a gear does:
 
 # %%
 rows(("torque",), (plant.torque(names("i_ds i_qs phi_dr phi_qr"), *names("n_p L_m L_r")),))
@@ -199,8 +203,8 @@ rows(("torque",), (plant.torque(names("i_ds i_qs phi_dr phi_qr"), *names("n_p L_
 # %% [markdown]
 # ### Exercise 1.2: torque
 #
-# Flux 0.5307 Wb on the d axis and $i_{qs} = 10$ A. What is the torque in N m? `machine.n_p`, `machine.L_m`, `machine.L_r` are at
-# hand.
+# Flux 0.5307 Wb on the d axis and $i_{qs} = 10$ A. What is the torque in N m? `machine.n_p`, `machine.L_m`, `machine.L_r`
+# are at hand.
 
 # %%
 answer_1_2 = ...
@@ -238,14 +242,14 @@ check("1.3", answer_1_3)
 #
 # ## Slip
 #
-# If the rotor ran as fast as the field, its flux would not change as the rotor sees it: no rotor current, no torque. The field
-# must run ahead by the **slip** $\omega_{sl} = \omega_s - \omega$. In the frame of the flux the fourth row of (1) is
-# $0 = -\omega_{sl}\,\phi_{dr} + \alpha L_m i_{qs}$.
+# If the rotor ran as fast as the field, its flux would not change as the rotor sees it: no rotor current, no torque. The
+# field must run ahead by the **slip** $\omega_{sl} = \omega_s - \omega$. In the frame of the flux the fourth row of (1)
+# is $0 = -\omega_{sl}\,\phi_{dr} + \alpha L_m i_{qs}$.
 #
 # ### Exercise 1.4: the slip that a torque needs
 #
-# Eliminate $i_{qs}$ with the torque equation. Give the slip as a formula in `torque`, `phi_dr`, `alpha`, `L_r`, `n_p`, as text,
-# for example `"alpha*L_m*i_qs/phi_dr"` (which is the step before). Any equivalent form will do.
+# Eliminate $i_{qs}$ with the torque equation. Give the slip as a formula in `torque`, `phi_dr`, `alpha`, `L_r`, `n_p`, as
+# text, for example `"alpha*L_m*i_qs/phi_dr"` (which is the step before). Any equivalent form will do.
 
 # %%
 answer_1_4 = ...
@@ -255,8 +259,9 @@ check("1.4", answer_1_4)
 # <details><summary>Solution 1.4</summary>
 #
 # $i_{qs} = \dfrac{2 L_r T_e}{3 n_p L_m \phi_{dr}}$, so $L_m$ cancels. Slip is what torque costs: it grows with the rotor
-# resistance (in $\alpha$) and falls with the flux squared. Here is also why $\alpha$ and the speed are hard to tell apart: what one
-# sees from outside is $\omega_s$, and $\omega = \omega_s - \omega_{sl}$ is wrong by as much as the slip is.
+# resistance (in $\alpha$) and falls with the flux squared. Here is also why $\alpha$ and the speed are hard to tell
+# apart: what one sees from outside is $\omega_s$, and $\omega = \omega_s - \omega_{sl}$ is wrong by as much as the slip
+# is.
 #
 # ```python
 # answer_1_4 = "2*alpha*L_r*torque/(3*n_p*phi_dr**2)"
@@ -274,5 +279,5 @@ for torque in (0.0, 5.0, 10.0, 20.0):
 #
 # * One arrow a quantity; a factor $\tfrac23$ going in, $\tfrac32$ coming out.
 # * $\omega$ is electrical. Current is fast, flux is slow, $\alpha$ wanders.
-# * Measured are the stator's current and voltage. Flux and speed are not, and in (1) they multiply each other. Lesson 3 is about
-#   that product.
+# * Measured are the stator's current and voltage. Flux and speed are not, and in (1) they multiply each other. Lesson 3
+#   is about that product.

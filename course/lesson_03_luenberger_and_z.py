@@ -12,8 +12,8 @@
 # %% [markdown]
 # # Lesson 3. Luenberger, and why z
 #
-# **Goals.** See where the unknown speed sits in (1) and where it sits in (6). Know what $z$ is, what it buys, and what it costs.
-# Judge the three feedbacks that the paper prints for it.
+# **Goals.** See where the unknown speed sits in (1) and where it sits in (6). Know what $z$ is, what it buys, and what it
+# costs. Judge the three feedbacks that the paper prints for it.
 #
 # **Needs.** Lessons 1 and 2.
 #
@@ -35,9 +35,9 @@ machine = PRESETS["table-iii-printed-alpha"]
 # %% [markdown]
 # ## The trouble with the flux
 #
-# In (1) the unknown $\omega$ multiplies the unknown $\phi$, twice: in the current rows, where its effect is *seen*, and in the flux
-# rows, where it is not. So a wrong speed also drives the flux estimate wrong, behind our back. Lyapunov arguments for the
-# baseline observer break exactly there (`imo derive --subject kubota`).
+# In (1) the unknown $\omega$ multiplies the unknown $\phi$, twice: in the current rows, where its effect is *seen*, and
+# in the flux rows, where it is not. So a wrong speed also drives the flux estimate wrong, behind our back. Lyapunov
+# arguments for the baseline observer break exactly there (`imo derive --subject kubota`).
 #
 # Wish: coordinates in which $\omega$ and $\alpha$ touch **only the rows that are measured**.
 #
@@ -45,7 +45,8 @@ machine = PRESETS["table-iii-printed-alpha"]
 #
 # $$ \dot i = \dots + \beta(\alpha - j\omega)\phi, \qquad \dot\phi = -(\alpha - j\omega)\phi + \alpha L_m i . $$
 #
-# The same term, times $\beta$ and with opposite sign. Add $\beta$ times the second to the first and it is gone. That sum is (5):
+# The same term, times $\beta$ and with opposite sign. Add $\beta$ times the second to the first and it is gone. That sum
+# is (5):
 
 # %%
 rows(("z_1", "z_2"), transformation.to_z(*names("i_ds i_qs phi_dr phi_qr beta")))
@@ -53,8 +54,8 @@ rows(("z_1", "z_2"), transformation.to_z(*names("i_ds i_qs phi_dr phi_qr beta"))
 # %% [markdown]
 # ### Exercise 3.1: the rate of z
 #
-# Add the rows. In the stationary frame, what is $\dot z_1$? A formula in the names of (1), such as `R_s`, `sigma`, `i_ds`,
-# `phi_dr`, `u_ds`; use $\gamma = R_s/\sigma + \alpha\beta L_m$.
+# Add the rows. In the stationary frame, what is $\dot z_1$? A formula in the names of (1), such as `R_s`, `sigma`,
+# `i_ds`, `phi_dr`, `u_ds`; use $\gamma = R_s/\sigma + \alpha\beta L_m$.
 
 # %%
 answer_3_1 = ...
@@ -63,8 +64,8 @@ check("3.1", answer_3_1)
 # %% [markdown]
 # <details><summary>Solution 3.1</summary>
 #
-# $\beta\,\alpha L_m i_{ds}$ from the flux row cancels $-\alpha\beta L_m i_{ds}$ in $-\gamma i_{ds}$, the flux terms cancel each other, and
-# what stays is the stator's voltage law divided by $\sigma$.
+# $\beta\,\alpha L_m i_{ds}$ from the flux row cancels $-\alpha\beta L_m i_{ds}$ in $-\gamma i_{ds}$, the flux terms
+# cancel each other, and what stays is the stator's voltage law divided by $\sigma$.
 #
 # ```python
 # answer_3_1 = "-R_s/sigma*i_ds + u_ds/sigma"
@@ -84,13 +85,13 @@ settled("eq6.")
 #
 # ## What z is
 #
-# A quantity whose rate is $(u - R_s i)/\sigma$ must be the stator's flux linkage over $\sigma$. So it is: $\sigma z = \psi_s$. The oldest
-# flux estimator there is, the *voltage model*, integrates just that. Its virtue: no speed, no rotor parameter. Its vice: it is a
-# pure integrator, and nothing pulls an error back.
+# A quantity whose rate is $(u - R_s i)/\sigma$ must be the stator's flux linkage over $\sigma$. So it is: $\sigma z =
+# \psi_s$. The oldest flux estimator there is, the *voltage model*, integrates just that. Its virtue: no speed, no rotor
+# parameter. Its vice: it is a pure integrator, and nothing pulls an error back.
 #
-# **Write down what you expect.** $R_s$ in the observer is 5 % too large, as of a machine still cold; the motor draws 9 A at a stator
-# frequency of 2 rad/s (just above standstill). Without any feedback $\hat z$ is then off by a rotating error. How large, in percent
-# of $|z|$?
+# **Write down what you expect.** $R_s$ in the observer is 5 % too large, as of a machine still cold; the motor draws 9 A
+# at a stator frequency of 2 rad/s (just above standstill). Without any feedback $\hat z$ is then off by a rotating error.
+# How large, in percent of $|z|$?
 
 # %%
 my_percent = ...  # %
@@ -102,13 +103,14 @@ error = 0.05 * machine.R_s / machine.sigma * current / stator_frequency
 expected(my_percent, 100 * error / size, "%")
 
 # %% [markdown]
-# The error of the rate, $0.05\,(R_s/\sigma)\,i$, turns at $\omega_s$, and integrating divides by $\omega_s$: at 100 rad/s the same mistake
-# would be fifty times smaller. Low speed is where every voltage model fails. A constant offset is worse: it does not turn at all.
+# The error of the rate, $0.05\,(R_s/\sigma)\,i$, turns at $\omega_s$, and integrating divides by $\omega_s$: at 100 rad/s
+# the same mistake would be fifty times smaller. Low speed is where every voltage model fails. A constant offset is worse:
+# it does not turn at all.
 #
 # ### Exercise 3.2: an offset
 #
-# A current sensor reads 20 mA too much on the d axis, always. At what rate, in A/s, does $\tilde z_1 = z_1 - \hat z_1$ move
-# without feedback? Mind the sign: $\dot{\hat z}_1$ uses the measured current.
+# A current sensor reads 20 mA too much on the d axis, always. At what rate, in A/s, does $\tilde z_1 = z_1 - \hat z_1$
+# move without feedback? Mind the sign: $\dot{\hat z}_1$ uses the measured current.
 
 # %%
 answer_3_2 = ...
@@ -117,8 +119,8 @@ check("3.2", answer_3_2)
 # %% [markdown]
 # <details><summary>Solution 3.2</summary>
 #
-# $\dot{\hat z}_1 = -\frac{R_s}{\sigma}(i + 0.02\,\mathrm A) + \frac u\sigma$, so $\dot{\tilde z}_1 = +\frac{R_s}{\sigma}\, 0.02$ A. The estimate
-# sinks, the error grows, for ever.
+# $\dot{\hat z}_1 = -\frac{R_s}{\sigma}(i + 0.02\,\mathrm A) + \frac u\sigma$, so $\dot{\tilde z}_1 =
+# +\frac{R_s}{\sigma}\, 0.02$ A. The estimate sinks, the error grows, for ever.
 #
 # ```python
 # answer_3_2 = machine.R_s / machine.sigma * 0.02
@@ -128,24 +130,25 @@ check("3.2", answer_3_2)
 #
 # ## Luenberger's correction
 #
-# So there must be feedback of $\tilde i$ into $\hat z$. (7) does that, with a gain that goes with the speed. What is added to the two
-# rates, in the three ways in which the paper prints it:
+# So there must be feedback of $\tilde i$ into $\hat z$. (7) does that, with a gain that goes with the speed. What is
+# added to the rates of $(\hat z_1, \hat z_2)$, in the three ways in which the paper prints it:
 
 # %%
 three = {"printed_7": feedback.feedback_printed_7, "printed_L": feedback.feedback_printed_L,
          "consistent_12": feedback.feedback_consistent_12}
 for name, rule in three.items():
     print(f"{name}:")
-    rows(("z_1_feedback", "z_2_feedback"), rule(*names("i_ds_tilde i_qs_tilde k_2 omega_hat")))
+    rows(("F_d", "F_q"), rule(*names("i_ds_tilde i_qs_tilde k_2 omega_hat")))
 
 # %% [markdown]
-# (7) and the expanded (8) have the first, the matrix $L(\hat\omega)$ the second, and the error dynamics (12) imply the third.
+# (7) and the expanded (8) have the first, the matrix $L(\hat\omega)$ the second, and the error dynamics (12) imply the
+# third.
 #
 # ### Exercise 3.3: symmetry
 #
 # The machine has no preferred direction (lesson 2). So turning $\tilde i$ by 90° must turn the feedback by 90°. Which of
-# `"printed_7"`, `"printed_L"`, `"consistent_12"` have this symmetry? Answer with a set. Test it by hand: under a turn by 90°
-# $(i_d, i_q)$ becomes $(-i_q, i_d)$.
+# `"printed_7"`, `"printed_L"`, `"consistent_12"` have this symmetry? Answer with a set. Test it by hand: under a turn by
+# 90° $(i_d, i_q)$ becomes $(-i_q, i_d)$.
 
 # %%
 answer_3_3 = ...
@@ -154,8 +157,9 @@ check("3.3", answer_3_3)
 # %% [markdown]
 # <details><summary>Solution 3.3</summary>
 #
-# As a complex number the first is $-k_2\hat\omega\,\overline{\tilde i}$: a conjugate, which turns the other way. The second is
-# $-jk_2\hat\omega\,\tilde i$, the third $+jk_2\hat\omega\,\tilde i$: multiplications, which commute with turning.
+# As a complex number the first is $-k_2\hat\omega\,\overline{\tilde i}$: a conjugate, which turns the other way. The
+# second is $-jk_2\hat\omega\,\tilde i$, the third $+jk_2\hat\omega\,\tilde i$: multiplications, which commute with
+# turning.
 #
 # ```python
 # answer_3_3 = {"printed_L", "consistent_12"}
@@ -170,13 +174,13 @@ check("3.3", answer_3_3)
 # $$ \dot{\tilde i} = \left(-k_1 - \tfrac{R_s}{\sigma} + j\omega\right)\tilde i + (\alpha - j\omega)\tilde z, \qquad
 # \dot{\tilde z} = -F\,\tilde i , $$
 #
-# with $F = \pm j k_2\omega$ for the two that respect the symmetry. Why not $-\alpha(1 + \beta L_m)$ in the first bracket, as (6) has it?
-# Because (7) uses the *measured* current in that term, so it drops out of the difference.
+# with $F = \pm j k_2\omega$ for the two that respect the symmetry. Why not $-\alpha(1 + \beta L_m)$ in the first bracket,
+# as (6) has it? Because (7) uses the *measured* current in that term, so it drops out of the difference.
 #
 # ### Exercise 3.4: the product
 #
-# For the feedback of (12), $F = +jk_2\omega$. Give the product of the two complex poles as a pair of formulas, real part and imaginary
-# part: `("...", "...")`.
+# For the feedback of (12), $F = +jk_2\omega$. Give the product of the two complex poles as a pair of formulas, real part
+# and imaginary part: `("...", "...")`.
 
 # %%
 answer_3_4 = ...
@@ -186,8 +190,8 @@ check("3.4", answer_3_4)
 # <details><summary>Solution 3.4</summary>
 #
 # The determinant of $\begin{bmatrix} -a + j\omega & \alpha - j\omega \\ -F & 0\end{bmatrix}$ is $(\alpha - j\omega) F =
-# (\alpha - j\omega)\, j k_2\omega = k_2\omega^2 + j\alpha k_2\omega$. The real part is positive: a restoring force, the stronger the faster the
-# machine turns. For $L(\hat\omega)$ both signs change, and the force drives away.
+# (\alpha - j\omega)\, j k_2\omega = k_2\omega^2 + j\alpha k_2\omega$. The real part is positive: a restoring force, the
+# stronger the faster the machine turns. For $L(\hat\omega)$ both signs change, and the force drives away.
 #
 # ```python
 # answer_3_4 = ("k_2*omega**2", "alpha*k_2*omega")
@@ -195,8 +199,8 @@ check("3.4", answer_3_4)
 #
 # </details>
 #
-# **Write down what you expect.** Of the three, which have all error poles in the left half plane at 100 rad/s with $k_1$ = 300 /s,
-# $k_2$ = 50? How many of the three?
+# **Write down what you expect.** Of the three, which have all error poles in the left half plane at 100 rad/s with $k_1$ =
+# 300 /s, $k_2$ = 50? How many of the three?
 
 # %%
 my_count = ...
@@ -212,7 +216,7 @@ expected(my_count, stable, "of three")
 assert stable == 1
 
 
-# %%
+# %% jupyter={"source_hidden": true}
 @in_style
 def decay(k_2=50.0, k_1=300.0):
     """The slowest decay over the speed for the three feedbacks."""
@@ -231,8 +235,8 @@ def decay(k_2=50.0, k_1=300.0):
 vary(decay, k_2=(0.0, 100.0, 5.0), k_1=(0.0, 600.0, 50.0))
 
 # %% [markdown]
-# Only one is stable, the one that (12) needs. At standstill even that one does not decay: its gain goes to zero with the speed, and the
-# integrator is alone. Try $k_2 = 0$: all three coincide and nothing decays.
+# Only one is stable, the one that (12) needs. At standstill even that one does not decay: its gain goes to zero with the
+# speed, and the integrator is alone. Try $k_2 = 0$: all three coincide and nothing decays.
 #
 # The whole observer, with the right feedback:
 
@@ -245,7 +249,8 @@ rows(("i_ds_hat_dot", "i_qs_hat_dot", "z_1_hat_dot", "z_2_hat_dot", "omega_hat_d
 # %% [markdown]
 # ## What to take along
 #
-# * $z = i + \beta\phi$ is the stator flux over $\sigma$. It moves the unknown $\omega$ and $\alpha$ into the measured rows.
+# * $z = i + \beta\phi$ is the stator flux over $\sigma$. It moves the unknown $\omega$ and $\alpha$ into the measured
+#   rows.
 # * The price is an integrator: offsets drift, $R_s$ matters at low speed, and only feedback pulls back.
 # * Symmetry is a free test: a feedback with a conjugate in it cannot be right. Signs need a second test, the poles.
 # * Where the last row comes from, the law for $\hat\omega$, is the next lesson.

@@ -12,8 +12,8 @@
 # %% [markdown]
 # # Lesson 4. Lyapunov redesign, step by step
 #
-# **Goals.** Find an adaptation law instead of guessing it: first for one state, then for the machine. See every choice that the
-# paper makes in (9), (11) and (13), and the one term that does not go away.
+# **Goals.** Find an adaptation law instead of guessing it: first for one state, then for the machine. See every choice
+# that the paper makes in (9), (11) and (13), and the one term that does not go away.
 #
 # **Needs.** Lesson 3. What a Lyapunov function is for.
 #
@@ -34,24 +34,26 @@ machine = PRESETS["table-iii-printed-alpha"]
 # %% [markdown]
 # ## The idea, in one state
 #
-# A plant $\dot x = -a x + u$ with $x$ and $u$ measured and $a > 0$ unknown. Observer, with the measured $x$ where it can be had:
+# A plant $\dot x = -a x + u$ with $x$ and $u$ measured and $a > 0$ unknown. Observer, with the measured $x$ where it can
+# be had:
 #
 # $$ \dot{\hat x} = -\hat a\, x + u + k\,(x - \hat x). $$
 #
-# Errors are true minus estimate. Subtract: $\dot{\tilde x} = -k\tilde x - \tilde a\, x$. We may choose $\dot{\hat a}$. How?
+# Errors are true minus estimate. Subtract: $\dot{\tilde x} = -k\tilde x - \tilde a\, x$. We may choose $\dot{\hat a}$.
+# How?
 #
-# **Do not guess.** Write down an energy that counts both errors, with a weight to be chosen,
-# $V = \tfrac12\tilde x^2 + \tfrac{1}{2g}\tilde a^2$, and differentiate:
+# **Do not guess.** Write down an energy that counts both errors, with a weight to be chosen, $V = \tfrac12\tilde x^2 +
+# \tfrac{1}{2g}\tilde a^2$, and differentiate:
 #
 # $$ \dot V = -k\tilde x^2 \; - \; \tilde a\, x\,\tilde x \; + \; \tfrac1g\,\tilde a\,\dot{\tilde a} . $$
 #
-# The first term is good. The other two have no sign, because nobody knows $\tilde a$. But both contain it as a factor, and the rest of
-# the first one is **measured**. So choose $\dot{\hat a}$ to cancel it. That is the redesign.
+# The first term is good. The other two have no sign, because nobody knows $\tilde a$. But both contain it as a factor,
+# and the rest of the first one is **measured**. So choose $\dot{\hat a}$ to cancel it. That is the redesign.
 #
 # ### Exercise 4.1: the law
 #
-# Which $\dot{\hat a}$ cancels the two terms? Mind that $\dot{\tilde a} = -\dot{\hat a}$ for a constant $a$. A formula in `g`, `x`,
-# `x_tilde`.
+# Which $\dot{\hat a}$ cancels the two terms? Mind that $\dot{\tilde a} = -\dot{\hat a}$ for a constant $a$. A formula in
+# `g`, `x`, `x_tilde`.
 
 # %%
 answer_4_1 = ...
@@ -60,9 +62,9 @@ check("4.1", answer_4_1)
 # %% [markdown]
 # <details><summary>Solution 4.1</summary>
 #
-# $-\tilde a x\tilde x - \tfrac1g\tilde a\dot{\hat a} = 0$ for every $\tilde a$, so $\dot{\hat a} = -g\,x\,\tilde x$. In words: if the plant is faster
-# than the model believed ($\tilde x < 0$ while $x > 0$), then $a$ must be larger. Error times the signal by which the parameter acts:
-# every law of this kind looks like that.
+# $-\tilde a x\tilde x - \tfrac1g\tilde a\dot{\hat a} = 0$ for every $\tilde a$, so $\dot{\hat a} = -g\,x\,\tilde x$. In
+# words: if the plant is faster than the model believed ($\tilde x < 0$ while $x > 0$), then $a$ must be larger. Error
+# times the signal by which the parameter acts: every law of this kind looks like that.
 #
 # ```python
 # answer_4_1 = "-g*x*x_tilde"
@@ -70,13 +72,14 @@ check("4.1", answer_4_1)
 #
 # </details>
 #
-# What have we shown? $\dot V = -k\tilde x^2 \le 0$: errors stay bounded, and $\tilde x$ goes to zero (Barbalat; derivation 7).
-# **Not** that $\tilde a$ does. If $x = 0$ for good, $\hat a$ stays wherever it is: lesson 7.
+# What have we shown? $\dot V = -k\tilde x^2 \le 0$: errors stay bounded, and $\tilde x$ goes to zero (Barbalat;
+# derivation 7). **Not** that $\tilde a$ does. If $x = 0$ for good, $\hat a$ stays wherever it is: lesson 7.
 #
 # ## The machine's errors
 #
-# The adaptive observer (8) keeps **two** copies of $z$, called $\hat z$ and $\hat\xi$. In the current rows $\hat\alpha$ multiplies $\hat\xi$ and
-# $\hat\omega$ multiplies $\hat z$. Both are there so that each can have its own feedback. Subtracting (8) from (6), in complex shorthand:
+# The adaptive observer (8) keeps **two** copies of $z$, called $\hat z$ and $\hat\xi$. In the current rows $\hat\alpha$
+# multiplies $\hat\xi$ and $\hat\omega$ multiplies $\hat z$. Both are there so that each can have its own feedback.
+# Subtracting (8) from (6), in complex shorthand:
 #
 # $$ \dot{\tilde i} = \left(-k_1 - \tfrac{R_s}{\sigma} + j\omega\right)\tilde i
 #    + \underbrace{\alpha\tilde\xi - j\omega\tilde z}_{\text{unknown states}}
@@ -85,8 +88,8 @@ check("4.1", answer_4_1)
 # $$ v_1 = \hat\xi - (1 + \beta L_m)\, i, \qquad v_2 = -j(\hat z - \hat i), \qquad
 #    \dot{\tilde z} = -j k_2\hat\omega\,\tilde i, \qquad \dot{\tilde\xi} = -k_3\,\tilde i . $$
 #
-# $v_1$ and $v_2$ are **measured or computed**: how a wrong $\alpha$ and a wrong $\omega$ show in the current. The ledger proves these rows from
-# the definitions:
+# $v_1$ and $v_2$ are **measured or computed**: how a wrong $\alpha$ and a wrong $\omega$ show in the current. The ledger
+# proves these rows from the definitions:
 
 # %%
 settled("eq12.")
@@ -96,12 +99,14 @@ settled("eq12.")
 #
 # ## Step 1: the unknown states
 #
-# $V$ starts with $\tfrac12|\tilde i|^2$. Its derivative brings the cross terms $\mathrm{Re}\,[\tilde i^* (\alpha\tilde\xi - j\omega\tilde z)]$,
-# without sign. Add $\tfrac{p_\xi}{2}|\tilde\xi|^2$, whose derivative is $p_\xi\,\mathrm{Re}\,[\tilde\xi^*\,(-k_3\tilde i)]$.
+# $V$ starts with $\tfrac12|\tilde i|^2$. Its derivative brings the cross terms $\mathrm{Re}\,[\tilde i^* (\alpha\tilde\xi -
+# j\omega\tilde z)]$, without sign. Add $\tfrac{p_\xi}{2}|\tilde\xi|^2$, whose derivative is
+# $p_\xi\,\mathrm{Re}\,[\tilde\xi^*\,(-k_3\tilde i)]$.
 #
 # ### Exercise 4.2: the weight of the xi error
 #
-# Which $p_\xi$ makes it cancel the term $\mathrm{Re}\,[\tilde i^*\alpha\tilde\xi]$? A formula. Check the units: $V$ is in A².
+# Which $p_\xi$ makes it cancel the term $\mathrm{Re}\,[\tilde i^*\alpha\tilde\xi]$? A formula. Check the units: $V$ is in
+# A².
 
 # %%
 answer_4_2 = ...
@@ -110,9 +115,9 @@ check("4.2", answer_4_2)
 # %% [markdown]
 # <details><summary>Solution 4.2</summary>
 #
-# $\mathrm{Re}[\tilde\xi^*\tilde i] = \mathrm{Re}[\tilde i^*\tilde\xi]$, so $\alpha - p_\xi k_3 = 0$. In $V$ it stands as $\frac{\alpha}{2k_3}|\tilde\xi|^2$, with
-# $\alpha$ and $k_3$ in 1/s: no unit, as it must be. (13) prints $\alpha/(2k_2)$; $k_2$ is a pure number there, so the units alone
-# give the slip away.
+# $\mathrm{Re}[\tilde\xi^*\tilde i] = \mathrm{Re}[\tilde i^*\tilde\xi]$, so $\alpha - p_\xi k_3 = 0$. In $V$ it stands as
+# $\frac{\alpha}{2k_3}|\tilde\xi|^2$, with $\alpha$ and $k_3$ in 1/s: no unit, as it must be. (13) prints $\alpha/(2k_2)$;
+# $k_2$ is a pure number there, so the units alone give the slip away.
 #
 # ```python
 # answer_4_2 = "alpha/k_3"
@@ -120,23 +125,26 @@ check("4.2", answer_4_2)
 #
 # </details>
 #
-# The same for $\tilde z$: $p_z\,\mathrm{Re}[\tilde z^*(-jk_2\hat\omega\tilde i)]$ must cancel $\mathrm{Re}[\tilde i^*(-j\omega\tilde z)]$. This needs
-# $p_z = \omega/(k_2\hat\omega)$. Look at it: a *weight* of a Lyapunov function, with a moving estimate in the denominator. Two
-# conditions come with it: $\omega$ and $\hat\omega$ must have the same sign, or $V$ is not an energy, and
+# The same for $\tilde z$: $p_z\,\mathrm{Re}[\tilde z^*(-jk_2\hat\omega\tilde i)]$ must cancel $\mathrm{Re}[\tilde
+# i^*(-j\omega\tilde z)]$. This needs $p_z = \omega/(k_2\hat\omega)$. Look at it: a *weight* of a Lyapunov function, with
+# a moving estimate in the denominator. Two conditions come with it: $\omega$ and $\hat\omega$ must have the same sign, or
+# $V$ is not an energy, and
 #
-# $$ \frac{d}{dt}\frac{p_z}{2}|\tilde z|^2 \;\text{ has one more term: }\; -\frac{\omega\,\dot{\hat\omega}}{2 k_2\hat\omega^2}|\tilde z|^2 . $$
+# $$ \frac{d}{dt}\frac{p_z}{2}|\tilde z|^2 \;\text{ has one more term: }\;
+# -\frac{\omega\,\dot{\hat\omega}}{2 k_2\hat\omega^2}|\tilde z|^2 . $$
 #
 # Hold that thought.
 #
 # ## Step 2: the unknown parameters
 #
-# What is left without a sign is $\tilde\alpha\,(\tilde i\cdot v_1) + \tilde\omega\,(\tilde i\cdot v_2)$, with the dot product of arrows. As in one state: error
-# times the signal by which the parameter acts. So $\dot{\hat\alpha} = g\,(\tilde i\cdot v_1)$, which is (9) before its projection.
+# What is left without a sign is $\tilde\alpha\,(\tilde i\cdot v_1) + \tilde\omega\,(\tilde i\cdot v_2)$, with the dot
+# product of arrows. As in one state: error times the signal by which the parameter acts. So $\dot{\hat\alpha} =
+# g\,(\tilde i\cdot v_1)$, which is (9) before its projection.
 #
 # ### Exercise 4.3: the speed law
 #
-# Write $\dot{\hat\omega} = K_p\,(\tilde i\cdot v_2)$ out in components: `i_ds_tilde`, `i_qs_tilde`, `i_ds_hat`, `i_qs_hat`,
-# `z_1_hat`, `z_2_hat`, `K_p`. Remember $-j(a + jb) = b - ja$.
+# Write $\dot{\hat\omega} = K_p\,(\tilde i\cdot v_2)$ out in components: `i_ds_tilde`, `i_qs_tilde`, `i_ds_hat`,
+# `i_qs_hat`, `z_1_hat`, `z_2_hat`, `K_p`. Remember $-j(a + jb) = b - ja$.
 
 # %%
 answer_4_3 = ...
@@ -145,8 +153,9 @@ check("4.3", answer_4_3)
 # %% [markdown]
 # <details><summary>Solution 4.3</summary>
 #
-# $v_2 = -j\,[(\hat z_1 - \hat i_{ds}) + j(\hat z_2 - \hat i_{qs})] = (\hat z_2 - \hat i_{qs}) - j(\hat z_1 - \hat i_{ds})$. That is (11) without its
-# $\mathrm{Sign}(\omega)$; $\hat z - \hat i$ stands for $\beta\hat\phi$, so it is also the law (4) of the baseline: current error, across the flux.
+# $v_2 = -j\,[(\hat z_1 - \hat i_{ds}) + j(\hat z_2 - \hat i_{qs})] = (\hat z_2 - \hat i_{qs}) - j(\hat z_1 - \hat
+# i_{ds})$. That is (11) without its $\mathrm{Sign}(\omega)$; $\hat z - \hat i$ stands for $\beta\hat\phi$, so it is also
+# the law (4) of the baseline: current error, across the flux.
 #
 # ```python
 # answer_4_3 = "K_p*(i_ds_tilde*(z_2_hat - i_qs_hat) - i_qs_tilde*(z_1_hat - i_ds_hat))"
@@ -158,15 +167,16 @@ check("4.3", answer_4_3)
 #
 # All cross terms are gone but one:
 #
-# $$ \dot V = -\left(k_1 + \tfrac{R_s}{\sigma}\right)|\tilde i|^2 - \frac{\omega\,\dot{\hat\omega}}{2k_2\hat\omega^2}|\tilde z|^2 . $$
+# $$ \dot V = -\left(k_1 + \tfrac{R_s}{\sigma}\right)|\tilde i|^2
+# - \frac{\omega\,\dot{\hat\omega}}{2k_2\hat\omega^2}|\tilde z|^2 . $$
 #
-# (16) claims the first term as a bound. The second is negative only while $\hat\omega$ *rises*, and it multiplies $|\tilde z|^2$, which nothing
-# damps.
+# (16) claims the first term as a bound. The second is negative only while $\hat\omega$ *rises*, and it multiplies
+# $|\tilde z|^2$, which nothing damps.
 #
 # ### Exercise 4.4: its sign
 #
-# $\omega$ and $\hat\omega$ are positive, and $\hat\omega$ starts **above** $\omega$ and comes down to it, as it should. What does the second term do to
-# $V$? `"a"` it lowers it, `"b"` it raises it, `"c"` nothing, as $\omega$ is constant.
+# $\omega$ and $\hat\omega$ are positive, and $\hat\omega$ starts **above** $\omega$ and comes down to it, as it should.
+# What does the second term do to $V$? `"a"` it lowers it, `"b"` it raises it, `"c"` nothing, as $\omega$ is constant.
 
 # %%
 answer_4_4 = ...
@@ -175,8 +185,8 @@ check("4.4", answer_4_4)
 # %% [markdown]
 # <details><summary>Solution 4.4</summary>
 #
-# $\dot{\hat\omega} < 0$, so $-\omega\dot{\hat\omega} > 0$: it raises $V$. The better the estimate converges from above, the more. No property of a sign
-# operator helps.
+# $\dot{\hat\omega} < 0$, so $-\omega\dot{\hat\omega} > 0$: it raises $V$. The better the estimate converges from above,
+# the more. No property of a sign operator helps.
 #
 # ```python
 # answer_4_4 = "b"
@@ -186,10 +196,11 @@ check("4.4", answer_4_4)
 #
 # ## On a trajectory
 #
-# Table III's machine at a constant 100 rad/s, 5 rad/s of slip, 0.5307 Wb, in closed form. The observer starts from $\hat z = \hat\xi = 0$,
-# $X, with the corrected $V$ of (13).
+# Table III's machine at a constant 100 rad/s, 5 rad/s of slip, 0.5307 Wb, in closed form. The observer starts from $\hat
+# z = \hat\xi = 0$, $X, with the corrected $V$ of (13).
 #
-# **Write down what you expect.** The largest value of $V$ in the first 10 ms, divided by $V(0)$. (1 means that it never rises.)
+# **Write down what you expect.** The largest value of $V$ in the first 10 ms, divided by $V(0)$. (1 means that it never
+# rises.)
 
 # %%
 my_ratio = ...
@@ -217,7 +228,7 @@ time, V, W = energy()
 expected(my_ratio, float(V.max() / V[0]))
 assert V.max() > 1.05 * V[0] and np.all(np.diff(W) <= 0)
 
-
+# %% jupyter={"source_hidden": true}
 @in_style
 def fall_or_rise(omega_hat=20.0, share=0.0):
     """Both energies over their first value, for a first guess of the speed and a known share of z."""
@@ -233,9 +244,9 @@ def fall_or_rise(omega_hat=20.0, share=0.0):
 vary(fall_or_rise, omega_hat=(10.0, 180.0, 10.0), share=(0.0, 1.0, 0.1))
 
 # %% [markdown]
-# The first curve rises: (16) is not true along this run, although every hypothesis holds. The second is a repair, with the gain
-# $\kappa s$ in place of $k_2\hat\omega$ ($s$ the known direction of rotation). Its weight $|\omega|/\kappa$ stands still, and so its $V$ falls.
-# Lesson 9 has the others.
+# The first curve rises: (16) is not true along this run, although every hypothesis holds. The second is a repair, with
+# the gain $\kappa s$ in place of $k_2\hat\omega$ ($s$ the known direction of rotation). Its weight $|\omega|/\kappa$
+# stands still, and so its $V$ falls. Lesson 9 has the others.
 #
 # ## The observer, in full
 #
@@ -243,8 +254,8 @@ vary(fall_or_rise, omega_hat=(10.0, 180.0, 10.0), share=(0.0, 1.0, 0.1))
 
 # %%
 state = names("i_ds_hat i_qs_hat z_1_hat z_2_hat xi_1_hat xi_2_hat alpha_hat omega_hat")
-whole = adaptive.consistent_12(state, names("i_ds i_qs"), names("u_ds u_qs"), *names("direction"), names("R_s L_m sigma beta alpha"),
-                               names("k_1 k_2 k_3 g K_p alpha_l delta"))
+whole = adaptive.consistent_12(state, names("i_ds i_qs"), names("u_ds u_qs"), *names("direction"),
+                               names("R_s L_m sigma beta alpha"), names("k_1 k_2 k_3 g K_p alpha_l delta"))
 rows([f"{one}_dot" for one in ("i_ds_hat", "i_qs_hat", "z_1_hat", "z_2_hat", "xi_1_hat", "xi_2_hat")], whole[:6])
 rows(["omega_hat_dot"], whole[7:])
 

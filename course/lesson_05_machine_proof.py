@@ -12,8 +12,9 @@
 # %% [markdown]
 # # Lesson 5. Reading a proof with a machine
 #
-# **Goals.** Know what it means that a formula "holds": exactly, under which hypotheses, by which route. Read an entry of the ledger.
-# Produce the two kinds of evidence yourself: a sum of squares, and a counterexample that can be checked by hand.
+# **Goals.** Know what it means that a formula "holds": exactly, under which hypotheses, by which route. Read an entry of
+# the ledger. Produce the two kinds of evidence yourself: a sum of squares, and a counterexample that can be checked by
+# hand.
 #
 # **Needs.** Lesson 4. No computer algebra.
 #
@@ -37,8 +38,8 @@ from imo_analysis.ledger.settings import errors
 # %% [markdown]
 # ## Why not simply put numbers in?
 #
-# A tempting test of an identity: draw random numbers, compute both sides, compare to, say, six digits. Here is an identity with one
-# coefficient off by one part in $10^9$:
+# A tempting test of an identity: draw random numbers, compute both sides, compare to, say, six digits. Here is an
+# identity with one coefficient off by one part in $10^9$:
 
 # %%
 wrong = parse_relation("(z_1 + z_2)**2 = z_1**2 + 2*z_1*z_2 + (1 + 1/10**9)*z_2**2")
@@ -62,15 +63,15 @@ print("the exact kernel accepts it:", exactly)
 assert rejections == 0 and not exactly
 
 # %% [markdown]
-# A tolerance hides what is smaller than itself. In a paper's formulas errors are not that small, but a sign in a term that happens to
-# be small at the drawn points is just as invisible. Exact arithmetic has no tolerance: both sides become fractions of polynomials with
-# rational coefficients, and they are equal or they are not.
+# A tolerance hides what is smaller than itself. In a paper's formulas errors are not that small, but a sign in a term
+# that happens to be small at the drawn points is just as invisible. Exact arithmetic has no tolerance: both sides become
+# fractions of polynomials with rational coefficients, and they are equal or they are not.
 #
 # ## What a claim consists of
 #
-# A formula alone is nothing to prove. It needs a **setting**: what is defined by what, and under which hypotheses. In the setting
-# of the error dynamics every estimate is defined as true minus error and every rate is a row of a *definition*, the same function
-# that the simulator compiles:
+# A formula alone is nothing to prove. It needs a **setting**: what is defined by what, and under which hypotheses. In the
+# setting of the error dynamics every estimate is defined as true minus error and every rate is a row of a *definition*,
+# the same function that the simulator compiles:
 
 # %%
 where = errors("consistent_12")
@@ -86,9 +87,9 @@ print("hypotheses:", "; ".join(map(str, where.hypotheses)))
 entry("eq12.i_qs")
 
 # %% [markdown]
-# Read it from the top: verdict, what is printed, what is right with the difference marked, the setting and its hypotheses, the finding
-# of each kernel, the units, and what else falls with it. Two kernels agreed (a third, Coq, can be asked for:
-# `imo derive --kernel all`).
+# Read it from the top: verdict, what is printed, what is right with the difference marked, the setting and its
+# hypotheses, the finding of each kernel, the units, and what else falls with it. Two kernels agreed (a third, Coq, can be
+# asked for: `imo derive --kernel all`).
 #
 # ### Exercise 5.1: how wrong is it?
 #
@@ -101,8 +102,8 @@ check("5.1", answer_5_1)
 # %% [markdown]
 # <details><summary>Solution 5.1</summary>
 #
-# Two terms have minus for plus, so each counts twice. Note the products: $\tilde\omega\hat i_{ds} + \omega\tilde i_{ds}$ is also
-# $\omega i_{ds} - \hat\omega\hat i_{ds}$. The check accepts both.
+# Two terms have minus for plus, so each counts twice. Note the products: $\tilde\omega\hat i_{ds} + \omega\tilde i_{ds}$
+# is also $\omega i_{ds} - \hat\omega\hat i_{ds}$. The check accepts both.
 #
 # ```python
 # answer_5_1 = "-2*(omega_tilde*i_ds_hat + omega*i_ds_tilde)"
@@ -110,18 +111,19 @@ check("5.1", answer_5_1)
 #
 # </details>
 #
-# Harmless: (14) and $A^*$ of (20) have the right signs, so nothing was built on it. Telling harmless from harmful slips is half of
-# reading a paper.
+# Harmless: (14) and $A^*$ of (20) have the right signs, so nothing was built on it. Telling harmless from harmful slips
+# is half of reading a paper.
 #
 # ## Inequalities: show the squares
 #
-# Identities are decided by arithmetic. For an inequality one shows **why**: the difference of the sides as a sum
-# $\sum w_k\, b_k^2$ with weights that are seen to be positive. Anyone can expand it; nobody has to trust how it was found.
+# Identities are decided by arithmetic. For an inequality one shows **why**: the difference of the sides as a sum $\sum
+# w_k\, b_k^2$ with weights that are seen to be positive. Anyone can expand it; nobody has to trust how it was found.
 #
 # ### Exercise 5.2: a certificate
 #
-# For $k_1 > 0$ show that $\quad k_1\,\tilde i_{ds}^2 + 2 w_1\,\tilde i_{ds} + \frac{2}{k_1} w_1^2 \ge 0.\quad$ Answer with a list of
-# pairs, weight and base, as text: `[("...", "..."), ("...", "...")]`. Names: `k_1`, `i_ds_tilde`, `w_1`. Complete the square.
+# For $k_1 > 0$ show that $\quad k_1\,\tilde i_{ds}^2 + 2 w_1\,\tilde i_{ds} + \frac{2}{k_1} w_1^2 \ge 0.\quad$ Answer
+# with a list of pairs, weight and base, as text: `[("...", "..."), ("...", "...")]`. Names: `k_1`, `i_ds_tilde`, `w_1`.
+# Complete the square.
 
 # %%
 answer_5_2 = ...
@@ -140,9 +142,9 @@ check("5.2", answer_5_2)
 #
 # ## "Fails" means: here is a point
 #
-# (16) claims $\dot V \le -(k_1 + R_s/\sigma)|\tilde i|^2$. Lesson 4 found a term that may spoil it. To *refute* it, one state is enough,
-# in numbers that can be checked with pencil and paper. Take all parameters, gains, $\omega$ and the direction as 1, all errors and
-# signals as 0, and change a few. What the setting then says, exactly:
+# (16) claims $\dot V \le -(k_1 + R_s/\sigma)|\tilde i|^2$. Lesson 4 found a term that may spoil it. To *refute* it, one
+# state is enough, in numbers that can be checked with pencil and paper. Take all parameters, gains, $\omega$ and the
+# direction as 1, all errors and signals as 0, and change a few. What the setting then says, exactly:
 
 # %%
 base = {**dict.fromkeys(("R_s", "L_m", "sigma", "beta", "alpha", "k_1", "k_2", "k_3", "g", "K_p", "omega", "direction"), 1),
@@ -162,13 +164,13 @@ print(at(i_ds_tilde=1))
 print(at(i_ds_tilde=1, z_2=1))
 
 # %% [markdown]
-# With 1 A of current error the bound is met with equality. Now break it. You need $\dot{\hat\omega} < 0$, that is a negative signal in
-# (11), and a $\tilde z$ that is not zero.
+# With 1 A of current error the bound is met with equality. Now break it. You need $\dot{\hat\omega} < 0$, that is a
+# negative signal in (11), and a $\tilde z$ that is not zero.
 #
 # ### Exercise 5.3: a counterexample
 #
-# Give the changes as a dictionary, such as `{"i_ds_tilde": 1, "z_2": 1}`. Only errors and signals may change, by integers or fractions.
-# Use `at(**answer_5_3)` to look.
+# Give the changes as a dictionary, such as `{"i_ds_tilde": 1, "z_2": 1}`. Only errors and signals may change, by integers
+# or fractions. Use `at(**answer_5_3)` to look.
 
 # %%
 answer_5_3 = ...
@@ -177,8 +179,8 @@ check("5.3", answer_5_3)
 # %% [markdown]
 # <details><summary>Solution 5.3</summary>
 #
-# $\hat z_2 = z_2 - \tilde z_2$ negative together with $\tilde i_{ds} = 1$ makes the signal of (11) negative; a $\tilde z_1$ then brings
-# $-\frac{\omega\dot{\hat\omega}}{2k_2\hat\omega^2}\tilde z_1^2 = +\tfrac12\cdot 16$.
+# $\hat z_2 = z_2 - \tilde z_2$ negative together with $\tilde i_{ds} = 1$ makes the signal of (11) negative; a $\tilde
+# z_1$ then brings $-\frac{\omega\dot{\hat\omega}}{2k_2\hat\omega^2}\tilde z_1^2 = +\tfrac12\cdot 16$.
 #
 # ```python
 # answer_5_3 = {"i_ds_tilde": 1, "z_1_tilde": 4, "z_2": -1}
@@ -188,22 +190,22 @@ check("5.3", answer_5_3)
 #
 # ## Who checks the checker? Mutants
 #
-# A check that always says yes proves nothing. So every claim that holds is also run on **mutants**: each sign, coefficient, index and hat
-# changed in turn. The kernels must reject every mutant that is not equal to the original:
+# A check that always says yes proves nothing. So every claim that holds is also run on **mutants**: each sign,
+# coefficient, index and hat changed in turn. The kernels must reject every mutant that is not equal to the original:
 
 # %%
 law = Claim("mine", "(lesson)", "the xi row of (12)", Verdict.HOLDS, errors("consistent_12"),
             printed="xi_1_tilde_dot = -k_3*(i_ds - i_ds_hat)")
 report = try_mutants([law], ("flint",))
-print(report.text())
+print(report.text().partition(" (")[0])
 assert report.ok
 
 # %% [markdown]
 # ### Exercise 5.4: be the judge
 #
 # Before you look: which verdict do these get? `"eq6.z_1"` (the rate of $z_1$), `"eq12.i_qs"` (above), `"eq16.bound"` (the
-# bound on $\dot V$). Each is one of `"holds"`, `"holds after correction"`, `"fails"`, `"not determined by the text"`. Answer with a
-# dictionary from id to verdict.
+# bound on $\dot V$). Each is one of `"holds"`, `"holds after correction"`, `"fails"`, `"not determined by the text"`.
+# Answer with a dictionary from id to verdict.
 
 # %%
 answer_5_4 = ...
@@ -212,8 +214,8 @@ check("5.4", answer_5_4)
 # %% [markdown]
 # <details><summary>Solution 5.4</summary>
 #
-# A correction is a small named edit after which the formula is true. (16) has none: its left side may be positive, as your point
-# shows, so it fails.
+# A correction is a small named edit after which the formula is true. (16) has none: its left side may be positive, as
+# your point shows, so it fails.
 #
 # ```python
 # answer_5_4 = {"eq6.z_1": "holds", "eq12.i_qs": "holds after correction", "eq16.bound": "fails"}
@@ -228,5 +230,6 @@ settled("eq6.z_1", "eq16.bound", "repair-2")
 # ## What to take along
 #
 # * A claim is formula, definitions and hypotheses. Leave one out and there is nothing to prove.
-# * True inequalities come with their squares, false ones with a point. Both can be checked without the machine that found them.
+# * True inequalities come with their squares, false ones with a point. Both can be checked without the machine that found
+#   them.
 # * Float agreement is evidence, never proof. And a check that cannot fail is none.

@@ -12,8 +12,8 @@
 # %% [markdown]
 # # Lesson 6. Pole maps and gains
 #
-# **Goals.** Read the adaptive observer's poles off one quadratic. See what each gain does, choose gains for a wish, and know what the
-# sampling rate has to say about it. Compare with the paper's Table II.
+# **Goals.** Read the adaptive observer's poles off one quadratic. See what each gain does, choose gains for a wish, and
+# know what the sampling rate has to say about it. Compare with the paper's Table II.
 #
 # **Needs.** Lessons 2 to 4.
 #
@@ -37,18 +37,19 @@ gains = {"k_1": 300.0, "k_2": 50.0, "k_3": 100.0, "g": 1.0, "K_p": 100.0, "alpha
 # %% [markdown]
 # ## Three equations, one quadratic
 #
-# Freeze $\hat\omega = \omega$ and $\hat\alpha = \alpha$. Of lesson 4's error dynamics this is left, in complex shorthand, with
-# $a = k_1 + R_s/\sigma$:
+# Freeze $\hat\omega = \omega$ and $\hat\alpha = \alpha$. Of lesson 4's error dynamics this is left, in complex shorthand,
+# with $a = k_1 + R_s/\sigma$:
 #
 # $$ \dot{\tilde i} = (-a + j\omega)\,\tilde i + \alpha\tilde\xi - j\omega\tilde z, \qquad
 #    \dot{\tilde\xi} = -k_3\,\tilde i, \qquad \dot{\tilde z} = -jk_2\omega\,\tilde i . $$
 #
-# Three complex states, so three poles? The trick: $\tilde z$ and $\tilde\xi$ act only through $w = \alpha\tilde\xi - j\omega\tilde z$. Its rate
-# is a multiple of $\tilde i$: $\dot w = -D\,\tilde i$. So two states suffice,
+# Three complex states, so three poles? The trick: $\tilde z$ and $\tilde\xi$ act only through $w = \alpha\tilde\xi -
+# j\omega\tilde z$. Its rate is a multiple of $\tilde i$: $\dot w = -D\,\tilde i$. So two states suffice,
 #
 # $$ s^2 + (a - j\omega)\,s + D = 0 , $$
 #
-# and the third pole is at **zero**: some combination of $\tilde z$ and $\tilde\xi$ never moves. (Lesson 7 says what that means.)
+# and the third pole is at **zero**: some combination of $\tilde z$ and $\tilde\xi$ never moves. (Lesson 7 says what that
+# means.)
 #
 # ### Exercise 6.1: the stiffness
 #
@@ -61,8 +62,8 @@ check("6.1", answer_6_1)
 # %% [markdown]
 # <details><summary>Solution 6.1</summary>
 #
-# $\dot w = \alpha(-k_3\tilde i) - j\omega(-jk_2\omega\,\tilde i) = -(\alpha k_3 + k_2\omega^2)\,\tilde i$, as $-j\cdot -j = -1$. Real and positive: a
-# spring, stiffer with speed.
+# $\dot w = \alpha(-k_3\tilde i) - j\omega(-jk_2\omega\,\tilde i) = -(\alpha k_3 + k_2\omega^2)\,\tilde i$, as $-j\cdot -j =
+# -1$. Real and positive: a spring, stiffer with speed.
 #
 # ```python
 # answer_6_1 = "alpha*k_3 + k_2*omega**2"
@@ -70,12 +71,13 @@ check("6.1", answer_6_1)
 #
 # </details>
 #
-# A quadratic $s^2 + (a - j\omega)s + D$ with real $D$ is stable if and only if $a > 0$ and $D > 0$. So a sign decides. With the
-# feedback of the printed matrix $L(\hat\omega)$ the second term of $D$ changes its sign.
+# A quadratic $s^2 + (a - j\omega)s + D$ with real $D$ is stable if and only if $a > 0$ and $D > 0$. So a sign decides.
+# With the feedback of the printed matrix $L(\hat\omega)$ the second term of $D$ changes its sign.
 #
 # ### Exercise 6.2: where the printed feedback fails
 #
-# Above which electrical speed, in rad/s, is the observer with $L(\hat\omega)$ unstable? Gains as above, $\alpha$ = 9.9354 /s.
+# Above which electrical speed, in rad/s, is the observer with $L(\hat\omega)$ unstable? Gains as above, $\alpha$ = 9.9354
+# /s.
 
 # %%
 answer_6_2 = ...
@@ -94,8 +96,8 @@ check("6.2", answer_6_2)
 #
 # ## The map
 #
-# **Write down what you expect.** $k_1$ goes from 300 to 600 /s. What happens at 100 rad/s to the slowest decay, not counting the
-# poles at zero: what is it now over what it was?
+# **Write down what you expect.** $k_1$ goes from 300 to 600 /s. What happens at 100 rad/s to the slowest decay, not
+# counting the poles at zero: what is it now over what it was?
 
 # %%
 my_factor = ...
@@ -113,12 +115,12 @@ print(f"k_1 = 300 /s: {before:.0f} 1/s,   k_1 = 600 /s: {after:.0f} 1/s")
 expected(my_factor, after / before)
 
 # %% [markdown]
-# The sum of the two poles is $-a + j\omega$, so on average they move left by half of what $k_1$ grows. As long as they swing
-# ($D$ large against $a^2/4$) both share it. Where they do not, at low speed, more $k_1$ sends one left and the other one **right**, as
-# everywhere in control. Look for it in the map: make $k_1$ large and watch the slow speeds.
+# The sum of the two poles is $-a + j\omega$, so on average they move left by half of what $k_1$ grows. As long as they
+# swing ($D$ large against $a^2/4$) both share it. Where they do not, at low speed, more $k_1$ sends one left and the
+# other one **right**, as everywhere in control. Look for it in the map: make $k_1$ large and watch the slow speeds.
 
 
-# %%
+# %% jupyter={"source_hidden": true}
 def paths(k_1=300.0, k_2=50.0, k_3=100.0):
     """Poles of the observer of (12) over the speed."""
     values = {**gains, "k_1": k_1, "k_2": k_2, "k_3": k_3}
@@ -131,9 +133,9 @@ vary(paths, k_1=(0.0, 1200.0, 50.0), k_2=(0.0, 100.0, 5.0), k_3=(0.0, 4000.0, 10
 # %% [markdown]
 # ## Beside Table II
 #
-# The table's proposed column, and the poles of the same observer with Table III's machine. $k_2 = 50$ is what the table itself
-# implies; no $k_1$, $k_3$ make it come out with this machine (the ledger's entries `table2` have the proof), but the pattern is the
-# quadratic's:
+# The table's proposed column, and the poles of the same observer with Table III's machine. $k_2 = 50$ is what the table
+# itself implies; no $k_1$, $k_3$ make it come out with this machine (the ledger's entries `table2` have the proof), but
+# the pattern is the quadratic's:
 
 # %%
 table = printed("proposed")
@@ -144,18 +146,18 @@ for row, omega in enumerate((30.0, 60.0, 100.0)):
     assert abs(abs(upper[0].imag - upper[1].imag) - omega) < 0.02 or abs(upper[0].imag + upper[1].imag - omega) < 0.02
 
 # %% [markdown]
-# Each printed pair's imaginary parts differ (or add up) to $\omega$: the sum of the complex poles is $-a + j\omega$, as derived.
+# Each printed pair's imaginary parts differ (or add up) to $\omega$: the sum of the complex poles is $-a + j\omega$, as
+# derived.
 #
 # ## Choosing gains
 #
-# Wishes: all errors decay at least as $e^{-50 t}$; no swinging with a damping ratio below 0.5; at every speed up to 150 rad/s, both
-# ways.
+# Wishes: all errors decay at least as $e^{-50 t}$; no swinging with a damping ratio below 0.5; at every speed up to 150
+# rad/s, both ways.
 #
 # ### Exercise 6.3: gains for a wish
 #
-# Give `{"k_1": ..., "k_2": ..., "k_3": ...}`. Try by hand first, with
-# `achieved(machine, "consistent_12", {...}, 0.0, 150.0)`, which computes decay, damping and the fastest pole over the range. The
-# fastest pole must stay below 1500 rad/s.
+# Give `{"k_1": ..., "k_2": ..., "k_3": ...}`. Try by hand first, with `achieved(machine, "consistent_12", {...}, 0.0,
+# 150.0)`, which computes decay, damping and the fastest pole over the range. The fastest pole must stay below 1500 rad/s.
 
 # %%
 print(achieved(machine, "consistent_12", gains, 0.0, 150.0))
@@ -167,9 +169,9 @@ check("6.3", answer_6_3)
 # %% [markdown]
 # <details><summary>Solution 6.3</summary>
 #
-# The study's gains fail twice: too little decay at low speed ($k_3$ too small, $D$ soft), too little damping at high speed
-# ($k_2$ too large, $D$ stiff). So: $k_3$ up, $k_2$ down by a lot. `pencils/tune.py` derives a rule that meets the wish with equality at every
-# speed, $D = d(d + b)(1 + \omega^2/b^2)$ with the decay $d$ and $b = a - 2d$:
+# The study's gains fail twice: too little decay at low speed ($k_3$ too small, $D$ soft), too little damping at high
+# speed ($k_2$ too large, $D$ stiff). So: $k_3$ up, $k_2$ down by a lot. `pencils/tune.py` derives a rule that meets the
+# wish with equality at every speed, $D = d(d + b)(1 + \omega^2/b^2)$ with the decay $d$ and $b = a - 2d$:
 #
 # ```python
 # from imo_analysis.pencils.tune import tune
@@ -180,13 +182,13 @@ check("6.3", answer_6_3)
 #
 # ## What the computer's step has to say
 #
-# The drive integrates the observer with step $h$. By the simplest method, forward Euler, a pole $s$ becomes $1 + hs$ in discrete time,
-# stable if $|1 + hs| < 1$.
+# The drive integrates the observer with step $h$. By the simplest method, forward Euler, a pole $s$ becomes $1 + hs$ in
+# discrete time, stable if $|1 + hs| < 1$.
 #
 # ### Exercise 6.4: the longest step
 #
-# For the pole of the study's gains with the **largest magnitude** at 100 rad/s: the longest stable Euler step, in seconds? (The poles:
-# `np.linalg.eigvals(frozen_matrix(machine, "consistent_12", gains, 100.0))`.)
+# For the pole of the study's gains with the **largest magnitude** at 100 rad/s: the longest stable Euler step, in
+# seconds? (The poles: `np.linalg.eigvals(frozen_matrix(machine, "consistent_12", gains, 100.0))`.)
 
 # %%
 answer_6_4 = ...
@@ -195,9 +197,10 @@ check("6.4", answer_6_4)
 # %% [markdown]
 # <details><summary>Solution 6.4</summary>
 #
-# $|1 + hs|^2 = 1 + 2h\,\mathrm{Re}\,s + h^2|s|^2 < 1$ gives $h < -2\,\mathrm{Re}\,s/|s|^2$: a badly damped pole is hard on Euler.
-# The usual 100 µs pass. But $|1 + hs|$ is then no longer $e^{h\,\mathrm{Re}\,s}$: compute both, and see how much damping Euler takes
-# away. Hence Runge-Kutta in the simulator, and in a drive an exact discretisation or a smaller $k_2$.
+# $|1 + hs|^2 = 1 + 2h\,\mathrm{Re}\,s + h^2|s|^2 < 1$ gives $h < -2\,\mathrm{Re}\,s/|s|^2$: a badly damped pole is hard
+# on Euler. The usual 100 µs pass. But $|1 + hs|$ is then no longer $e^{h\,\mathrm{Re}\,s}$: compute both, and see how
+# much damping Euler takes away. Hence Runge-Kutta in the simulator, and in a drive an exact discretisation or a smaller
+# $k_2$.
 #
 # ```python
 # poles = np.linalg.eigvals(frozen_matrix(machine, "consistent_12", gains, 100.0))
@@ -209,11 +212,11 @@ check("6.4", answer_6_4)
 #
 # ## And when the estimates move?
 #
-# Frozen poles say nothing about $\hat\omega$ and $\hat\alpha$. The full linearisation, about a steady state with flux and slip, has two more
-# states. $K_p$ sets the pace of the speed estimate:
+# Frozen poles say nothing about $\hat\omega$ and $\hat\alpha$. The full linearisation, about a steady state with flux and
+# slip, has two more states. $K_p$ sets the pace of the speed estimate:
 
 
-# %%
+# %% jupyter={"source_hidden": true}
 @in_style
 def speed_loop(K_p=100.0, slip=5.0):
     """Poles of the full linearisation at 100 rad/s near the origin, with and without slip."""
@@ -229,7 +232,7 @@ def speed_loop(K_p=100.0, slip=5.0):
 
 vary(speed_loop, K_p=(10.0, 400.0, 10.0), slip=(0.0, 20.0, 1.0))
 thumb = speed_gain(machine, 0.5307, gains["k_1"] + machine.R_s / machine.sigma)
-print(f"K_p for a damping ratio of 0.7 of the speed loop, by a rule of thumb: {thumb:.1f}; the study has 100: fast, and lightly damped")
+print(f"K_p for a damping ratio of 0.7 of the speed loop, by a rule of thumb: {thumb:.1f}")
 
 # %% [markdown]
 # ## What to take along

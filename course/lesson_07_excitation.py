@@ -12,9 +12,9 @@
 # %% [markdown]
 # # Lesson 7. Persistence of excitation, and what cannot be known
 #
-# **Goals.** Say what a signal must do so that a parameter can be found. Compute a Gram matrix and read its small eigenvalues.
-# Know the three things that no observer of this family finds: part of $(\tilde z, \tilde\xi)$, $\alpha$ beside $\omega$ at constant flux, and
-# anything at zero stator frequency.
+# **Goals.** Say what a signal must do so that a parameter can be found. Compute a Gram matrix and read its small
+# eigenvalues. Know the three things that no observer of this family finds: part of $(\tilde z, \tilde\xi)$, $\alpha$
+# beside $\omega$ at constant flux, and anything at zero stator frequency.
 #
 # **Needs.** Lesson 4; eigenvalues of symmetric matrices.
 #
@@ -35,15 +35,15 @@ machine = PRESETS["table-iii-printed-alpha"]
 # %% [markdown]
 # ## Two unknowns on one scale
 #
-# Put two weights on one pan of a balance and you learn their sum. However often you look, however exact the balance: only the sum.
-# To learn both you must **change the proportion**. That is all that persistence of excitation means.
+# Put two weights on one pan of a balance and you learn their sum. However often you look, however exact the balance: only
+# the sum. To learn both you must **change the proportion**. That is all that persistence of excitation means.
 #
-# Here the pan is the current error. Lesson 4: $\tilde\alpha$ pushes it along $v_1$ and $\tilde\omega$ along $v_2$, both arrows in the plane.
-# Two arrows in different directions can be told apart at once. Two arrows on one line can not, unless their proportion changes
-# with time.
+# Here the pan is the current error. Lesson 4: $\tilde\alpha$ pushes it along $v_1$ and $\tilde\omega$ along $v_2$, both
+# arrows in the plane. Two arrows in different directions can be told apart at once. Two arrows on one line can not,
+# unless their proportion changes with time.
 #
-# The question is therefore geometric: **how do $v_1$ and $v_2$ lie?** With converged estimates they follow from the flux alone. In the
-# frame of the flux (magnitude $\psi$, slip $\omega_{sl}$), from the definition:
+# The question is therefore geometric: **how do $v_1$ and $v_2$ lie?** With converged estimates they follow from the flux
+# alone. In the frame of the flux (magnitude $\psi$, slip $\omega_{sl}$), from the definition:
 
 # %%
 v_1, v_2 = steady_state.regressors_of_flux(*names("psi psi_dot slip alpha beta"))
@@ -61,8 +61,8 @@ check("7.1", answer_7_1)
 # %% [markdown]
 # <details><summary>Solution 7.1</summary>
 #
-# Both d components vanish; the ratio of the q components is slip over $\alpha$. With no load $c = 0$: $\alpha$ does not show at all
-# (no rotor current, so its resistance is never asked).
+# Both d components vanish; the ratio of the q components is slip over $\alpha$. With no load $c = 0$: $\alpha$ does not
+# show at all (no rotor current, so its resistance is never asked).
 #
 # ```python
 # answer_7_1 = "slip/alpha"
@@ -70,12 +70,13 @@ check("7.1", answer_7_1)
 #
 # </details>
 #
-# So at constant flux the current error sees only the sum $\tilde\omega + c\,\tilde\alpha$. It can be made zero with both errors there.
+# So at constant flux the current error sees only the sum $\tilde\omega + c\,\tilde\alpha$. It can be made zero with both
+# errors there.
 #
 # ### Exercise 7.2: the price
 #
-# Constant flux, slip 5 rad/s, $\alpha$ = 9.9354 /s, and $\hat\alpha$ rests at 6.6 /s. The current error is zero. How large is the speed
-# error $\tilde\omega = \omega - \hat\omega$, in rad/s, with its sign?
+# Constant flux, slip 5 rad/s, $\alpha$ = 9.9354 /s, and $\hat\alpha$ rests at 6.6 /s. The current error is zero. How
+# large is the speed error $\tilde\omega = \omega - \hat\omega$, in rad/s, with its sign?
 
 # %%
 answer_7_2 = ...
@@ -84,8 +85,8 @@ check("7.2", answer_7_2)
 # %% [markdown]
 # <details><summary>Solution 7.2</summary>
 #
-# $\tilde\omega = -c\,\tilde\alpha$ with $\tilde\alpha = 9.9354 - 6.6$. The estimate is too high: believing in too little rotor
-# resistance it expects too little slip.
+# $\tilde\omega = -c\,\tilde\alpha$ with $\tilde\alpha = 9.9354 - 6.6$. The estimate is too high: believing in too little
+# rotor resistance it expects too little slip.
 #
 # ```python
 # answer_7_2 = -5 / machine.alpha * (machine.alpha - 6.6)
@@ -95,12 +96,13 @@ check("7.2", answer_7_2)
 #
 # ## The Gram matrix
 #
-# The quantitative tool: stack the directions as columns, $M(t) = [\,I\;\; v_1\;\; v_2\,]$, and integrate $M^T M$ over a window. A small
-# eigenvalue is a direction in which errors may lie unseen. The two columns of $I$ stand for $w = \alpha\tilde\xi - j\omega\tilde z$, all that
-# the currents see of $\tilde z$ and $\tilde\xi$; $w$ is constant in the stationary frame, while $v_1$ and $v_2$ turn with the flux.
+# The quantitative tool: stack the directions as columns, $M(t) = [\,I\;\; v_1\;\; v_2\,]$, and integrate $M^T M$ over a
+# window. A small eigenvalue is a direction in which errors may lie unseen. The two columns of $I$ stand for $w =
+# \alpha\tilde\xi - j\omega\tilde z$, all that the currents see of $\tilde z$ and $\tilde\xi$; $w$ is constant in the
+# stationary frame, while $v_1$ and $v_2$ turn with the flux.
 #
-# **Write down what you expect.** Of four eigenvalues, how many are zero (a) with constant flux at 105 rad/s, (b) with the flux magnitude
-# modulated by 10 %, (c) at zero stator frequency with constant flux?
+# **Write down what you expect.** Of four eigenvalues, how many are zero (a) with constant flux at 105 rad/s, (b) with the
+# flux magnitude modulated by 10 %, (c) at zero stator frequency with constant flux?
 
 # %%
 my_zeros = (..., ..., ...)
@@ -130,16 +132,16 @@ for guess, (name, values) in zip(my_zeros, situations.items(), strict=True):
 assert zeros == [1, 0, 2]
 
 # %% [markdown]
-# At zero stator frequency nothing turns: $v_2$ is a constant arrow like the columns of $I$, and even the speed hides behind $w$. This is the
-# famous blind spot of every sensorless induction drive without signal injection.
+# At zero stator frequency nothing turns: $v_2$ is a constant arrow like the columns of $I$, and even the speed hides
+# behind $w$. This is the famous blind spot of every sensorless induction drive without signal injection.
 #
 # ## The paper's condition can never hold
 #
 # (19) asks the same of **six** columns, for $(\tilde\xi, \tilde z, \tilde\alpha, \tilde\omega)$:
 
 # %%
-B = excitation.corrected_19(names("i_ds i_qs"), names("i_ds_hat i_qs_hat"), names("z_1_hat z_2_hat"), names("xi_1_hat xi_2_hat"),
-                            *names("alpha omega beta L_m"))
+B = excitation.corrected_19(names("i_ds i_qs"), names("i_ds_hat i_qs_hat"), names("z_1_hat z_2_hat"),
+                            names("xi_1_hat xi_2_hat"), *names("alpha omega beta L_m"))
 for n, row in enumerate(B):
     print(f"row {n + 1}: " + ",  ".join(map(str, row)))
 
@@ -148,8 +150,8 @@ for n, row in enumerate(B):
 #
 # ### Exercise 7.3: the best that can be had
 #
-# Take **random** signals, the richest there are, for many instants. What rank does the 6x6 Gram matrix reach (for constant $\alpha$ and
-# $\omega$)? `excitation.corrected_19` takes numbers too; `np.linalg.matrix_rank` helps, or think.
+# Take **random** signals, the richest there are, for many instants. What rank does the 6x6 Gram matrix reach (for
+# constant $\alpha$ and $\omega$)? `excitation.corrected_19` takes numbers too; `np.linalg.matrix_rank` helps, or think.
 
 # %%
 answer_7_3 = ...
@@ -158,8 +160,8 @@ check("7.3", answer_7_3)
 # %% [markdown]
 # <details><summary>Solution 7.3</summary>
 #
-# Two dimensions from the first four columns, one each from $v_1$ and $v_2$. Two directions stay dark:
-# $\alpha\tilde\xi = j\omega\tilde z$, where $w = 0$. So Proposition IV.3 is true of nothing.
+# Two dimensions from the first four columns, one each from $v_1$ and $v_2$. Two directions stay dark: $\alpha\tilde\xi =
+# j\omega\tilde z$, where $w = 0$. So Proposition IV.3 is true of nothing.
 #
 # ```python
 # generator = np.random.default_rng(1)
@@ -176,11 +178,11 @@ check("7.3", answer_7_3)
 settled("proposition-IV.3")
 
 # %% [markdown]
-# Is that a disaster? No. The reconstructed flux below (11) needs $\tilde z$ and $\tilde\xi$ only through $w$. What is dark does not matter;
-# what matters is seen. The right condition is the 4x4 one above.
+# Is that a disaster? No. The reconstructed flux below (11) needs $\tilde z$ and $\tilde\xi$ only through $w$. What is
+# dark does not matter; what matters is seen. The right condition is the 4x4 one above.
 #
-# And the dark part stands still. With the repaired feedback $q = k_3\tilde z - j\kappa s\,\tilde\xi$ never changes, as both rates are
-# multiples of $\tilde i$. On a run, with modulated flux:
+# And the dark part stands still. With the repaired feedback $q = k_3\tilde z - j\kappa s\,\tilde\xi$ never changes, as
+# both rates are multiples of $\tilde i$. On a run, with modulated flux:
 
 # %%
 plant = TurningFlux(machine, 100.0, 105.0, 0.5307, 0.2, 40.0)
@@ -205,9 +207,9 @@ assert np.ptp(kept) < 1e-6 * kept[0] and seen[-1] < 0.1 * seen[0]
 #
 # ## Modulate the flux
 #
-# $v_1$ has a part along the flux, $-\beta\dot\psi/\alpha$, which $v_2$ never has. So **change the flux magnitude** and the arrows part. How
-# far? Take $\sin^2$ of the mean angle between them, $\det G/(g_{11}g_{22})$ with the Gram matrix $G$ of $v_1, v_2$: 0 on one line, 1 at right
-# angles.
+# $v_1$ has a part along the flux, $-\beta\dot\psi/\alpha$, which $v_2$ never has. So **change the flux magnitude** and
+# the arrows part. How far? Take $\sin^2$ of the mean angle between them, $\det G/(g_{11}g_{22})$ with the Gram matrix $G$
+# of $v_1, v_2$: 0 on one line, 1 at right angles.
 
 
 # %%
@@ -216,7 +218,7 @@ def apart(depth, frequency, slip=5.0):
     gram = steady_state.gram_constant_slip(0.5307, depth, frequency, slip, machine.alpha, machine.beta)
     return steady_state.determinant(gram) / (gram[0] * gram[2])
 
-
+# %% jupyter={"source_hidden": true}
 @in_style
 def arrows(depth=0.1, frequency=20.0, slip=5.0):
     """Paths of v_1 and v_2 in the frame of the flux, and how far they are apart over the depth."""
@@ -241,8 +243,8 @@ vary(arrows, depth=(0.0, 0.2, 0.01), frequency=(5.0, 60.0, 5.0), slip=(0.0, 20.0
 # %% [markdown]
 # ### Exercise 7.4: enough, but not too much
 #
-# At 5 rad/s of slip, reach $\sin^2 \ge 0.5$ with a depth of at most 0.15 and at most 60 rad/s (faster, the voltage runs out and the
-# torque ripples). Answer with `{"depth": ..., "frequency": ...}`.
+# At 5 rad/s of slip, reach $\sin^2 \ge 0.5$ with a depth of at most 0.15 and at most 60 rad/s (faster, the voltage runs
+# out and the torque ripples). Answer with `{"depth": ..., "frequency": ...}`.
 
 # %%
 answer_7_4 = ...
@@ -251,8 +253,8 @@ check("7.4", answer_7_4)
 # %% [markdown]
 # <details><summary>Solution 7.4</summary>
 #
-# The swing adds $(\text{depth}\cdot\Omega)^2/(2\alpha^2)$ to $g_{11}$, against $\omega_{sl}^2/\alpha^2$ from the slip: depth times frequency must be
-# about $\sqrt2$ times the slip. Frequency is as good as depth.
+# The swing adds $(\text{depth}\cdot\Omega)^2/(2\alpha^2)$ to $g_{11}$, against $\omega_{sl}^2/\alpha^2$ from the slip:
+# depth times frequency must be about $\sqrt2$ times the slip. Frequency is as good as depth.
 #
 # ```python
 # answer_7_4 = {"depth": 0.15, "frequency": 55.0}
@@ -264,4 +266,5 @@ check("7.4", answer_7_4)
 #
 # * Convergence of a parameter is a property of the *signals*, not of the observer.
 # * A small eigenvalue of the Gram matrix names the errors that may stay. First ask whether they matter.
-# * Constant flux: one number for two unknowns. Zero stator frequency: none. Only changing the operation helps, at a price.
+# * Constant flux: one number for two unknowns. Zero stator frequency: none. Only changing the operation helps, at a
+#   price.

@@ -63,7 +63,7 @@ def rows(left: Iterable[str], right: Iterable[Any]) -> None:
     pairs = [(name, as_expr(tree)) for name, tree in zip(left, right, strict=True)]
     if in_notebook():
         lines = (rf"{name_latex(name)} &= {to_latex(tree)}" for name, tree in pairs)
-        _display("Math", r"\begin{aligned}" + r" \\[2pt] ".join(lines) + r"\end{aligned}")
+        _display("Math", r"\begin{aligned}" + r" \\ ".join(lines) + r"\end{aligned}")
     else:
         for name, tree in pairs:
             print(f"    {name} = {tree}")

@@ -32,7 +32,9 @@ class Outcome:
 class Exercise(Protocol):
     """Anything that can judge an answer."""
 
-    id: str
+    @property
+    def id(self) -> str:
+        """Lesson and number, such as ``"3.2"``."""
 
     def judge(self, answer: Any) -> Outcome:
         """Judge an answer that is not ``...``."""
@@ -188,7 +190,8 @@ class Formula:
         known |= set(where.free(*(Relation("=", tree, tree) for tree in truth)))
         strangers = sorted({name for tree in given for name in free_names(tree)} - known - _table())
         if strangers:
-            return Outcome(False, f"{', '.join(strangers)}: no such symbol; the names are those of the text, such as i_ds_tilde.")
+            return Outcome(False,
+                f"{', '.join(strangers)}: no such symbol; the names are those of the text, such as i_ds_tilde.")
         if self._same(where, given, truth):
             return Outcome(True, self.why)
         for value, hint in self.wrong():
@@ -271,7 +274,8 @@ class Choice:
             return Outcome(True, self.why)
         if len(right) > 1 and given < right:
             return Outcome(False, "What you chose is right, but there is more.")
-        return Outcome(False, self.hints[next(key for key in self.hints if key in given ^ right and (key in given or not given))])
+        wrongly = [key for key in self.hints if key in given - right]
+        return Outcome(False, self.hints[wrongly[0]] if wrongly else "Choose at least one.")
 
     def wrong(self) -> list[tuple[Any, str]]:
         """Every other key alone; with several right ones also too few of them, and each wrong one added to them."""

@@ -6,8 +6,8 @@ import math
 
 from imo_analysis.equations import plant, steady_state
 from imo_analysis.exercises.exercise import Exercise, Formula, Number
-from imo_analysis.ledger.expression import names
-from imo_analysis.ledger.setting import setting
+from imo_analysis.ledger.expression import Name, names
+from imo_analysis.ledger.setting import Setting, setting
 from imo_analysis.machine import PRESETS
 
 MACHINE = PRESETS["table-iii-printed-alpha"]
@@ -16,6 +16,13 @@ FLUX = 0.5307  # Wb, Table III
 
 def _torque() -> float:
     return plant.torque((0.0, 10.0, FLUX, 0.0), MACHINE.n_p, MACHINE.L_m, MACHINE.L_r)
+
+
+def _slip_setting() -> Setting:
+    """Constant flux on the d axis; the current may be used in the answer."""
+    per_ampere = plant.torque((0, 1, Name("phi_dr"), 0), *names("n_p L_m L_r"))
+    return setting("slip", "constant flux on the d axis", {"i_qs": Name("torque") / per_ampere},
+                   ("phi_dr != 0", "L_m != 0", "n_p != 0", "L_r != 0"))
 
 
 EXERCISES: tuple[Exercise, ...] = (
@@ -43,9 +50,7 @@ EXERCISES: tuple[Exercise, ...] = (
     Formula(
         "1.4",
         lambda: steady_state.slip_of_torque(*names("torque phi_dr n_p L_r alpha")),
-        lambda: setting("slip", "constant flux on the d axis",
-                        {"i_qs": 2 * names("L_r")[0] * names("torque")[0] / (3 * names("n_p")[0] * names("L_m")[0] * names("phi_dr")[0])},
-                        ("phi_dr != 0", "L_m != 0", "n_p != 0")),
+        _slip_setting,
         (("alpha*L_r*torque/(n_p*phi_dr**2)", "The factor 3/2 of the torque is missing."),
          ("3*alpha*L_r*torque/(2*n_p*phi_dr**2)", "3/2 is upside down: solving the torque for the current it becomes 2/3."),
          ("2*alpha*L_r*torque/(3*phi_dr**2)", "The pole pairs of the torque are missing."),

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from imo_analysis.equations import parameters
 from imo_analysis.exercises.exercise import Exercise, Formula, Number
 from imo_analysis.exercises.lesson_01 import MACHINE
-from imo_analysis.ledger.expression import names
+from imo_analysis.ledger.expression import names, number, substitute
 from imo_analysis.ledger.setting import Setting, setting
 from imo_analysis.ledger.settings import machine as machine_setting
 from imo_analysis.pencils.error import frozen_matrix
@@ -26,12 +26,8 @@ def _where() -> Setting:
 
 def _coefficient(row: str, state: str) -> Any:
     """How a row of (1) depends on a state: the row with the state 1 and all others 0."""
-    from imo_analysis.ledger.expression import Number as Exact
-    from imo_analysis.ledger.expression import substitute
-
-    tree = machine_setting().definitions[row]
-    unit = {name: Exact(1 if name == state else 0) for name in ("i_ds", "i_qs", "phi_dr", "phi_qr", "u_ds", "u_qs", "omega")}  # type: ignore[arg-type]
-    return substitute(tree, unit)
+    signals = ("i_ds", "i_qs", "phi_dr", "phi_qr", "u_ds", "u_qs", "omega")
+    return substitute(machine_setting().definitions[row], {name: number(int(name == state)) for name in signals})
 
 
 def _sum() -> Any:
@@ -60,7 +56,8 @@ EXERCISES: tuple[Exercise, ...] = (
          ("-gamma", "That is the current alone; the trace has the flux's entry too."),
          ("-(R_s/sigma + alpha)", "gamma has a second term, alpha beta L_m: the rotor damps the current as well."),
          ("-2*(gamma + alpha)", "That is the trace of the 4x4 matrix: each complex pole is counted with its mirror image.")),
-        "The speed does not appear: it turns the poles and leaves their damping's sum alone.", "The sum of the roots is the trace."),
+        "The speed does not appear: it turns the poles and leaves their damping's sum alone.",
+        "The sum of the roots is the trace."),
     Formula(
         "2.2", _product, _where,
         (("alpha*gamma", "That is the diagonal alone; the coupling beta alpha times alpha L_m must be taken off."),

@@ -32,7 +32,7 @@ def _law() -> Expr:
 
 
 def _weight() -> Expr:
-    """Of the xi error, from the rates: minus (effect of xi_1_tilde on i_ds_tilde') over (effect of i_ds_tilde on xi_1_tilde')."""
+    """Of the xi error: minus the effect of xi_1_tilde on i_ds_tilde' over that of i_ds_tilde on xi_1_tilde'."""
     where = errors("consistent_12")
     state = ("i_ds_tilde", "xi_1_tilde", "alpha_tilde", "omega_tilde")  # to first order: the other errors are zero
 
@@ -51,7 +51,8 @@ def rate_of(where: Setting, row: str, values: dict[str, int]) -> Any:
 
 
 def _speed_law() -> Any:
-    return Name("K_p") * adaptive.speed_signal(names("i_ds_tilde i_qs_tilde"), names("i_ds_hat i_qs_hat"), names("z_1_hat z_2_hat"))
+    errors_of_i, i_hat, z_hat = names("i_ds_tilde i_qs_tilde"), names("i_ds_hat i_qs_hat"), names("z_1_hat z_2_hat")
+    return Name("K_p") * adaptive.speed_signal(errors_of_i, i_hat, z_hat)
 
 
 def _last_term() -> str:
@@ -66,7 +67,7 @@ EXERCISES: tuple[Exercise, ...] = (
         "4.1", _law, _one_state,
         (("g*x*x_tilde", "The sign: the error of a moves against its estimate, a_tilde' = - a_hat'."),
          ("-x*x_tilde/g", "g is upside down: V has 1/g, so the law has g."),
-         ("-g*x_hat*x_tilde", "This observer multiplies a_hat by the measured x, so x and not its estimate carries the error of a."),
+         ("-g*x_hat*x_tilde", "This observer multiplies a_hat by the measured x, so x carries the error of a, not x_hat."),
          ("-x*x_tilde", "Without g the terms cancel for g = 1 only."),
          ("-g*x_tilde", "The factor x is missing: without signal there is nothing to learn from.")),
         "Error times the signal by which the parameter acts.", "Set the sum of the two terms with a_tilde to zero."),

@@ -57,7 +57,7 @@ def _counterexample(answer: Any) -> str:
     where = lyapunov_13()
     values = where.values(point)
     if point["omega"] * values["omega_hat"] <= 0:
-        return "omega_hat = omega - omega_tilde must be positive like omega: otherwise V is not positive and nothing is refuted."
+        return "omega_hat = omega - omega_tilde must be positive like omega: otherwise V is not, and nothing is refuted."
     rate, bound = values["V_dot"], evaluate(parse(BOUND), values)
     if rate > bound:
         return ""
@@ -96,13 +96,15 @@ EXERCISES: tuple[Exercise, ...] = (
         (("-(omega_tilde*i_ds_hat + omega*i_ds_tilde)", "Minus for plus is a difference of twice the term."),
          ("-2*omega_tilde*i_ds_hat", "That is one of the two slips; there is another in the same row."),
          ("-2*omega*i_ds_tilde", "That is one of the two slips; there is another in the same row."),
-         ("-2*(omega_tilde*i_ds + omega*i_ds_tilde)", "The speed error multiplies the estimated current: this has one product too many.")),
+         ("-2*(omega_tilde*i_ds + omega*i_ds_tilde)",
+          "The speed error multiplies the estimated current: this has one product too many.")),
         "Twice the two terms.", "Subtract the corrected row from the printed one; most terms cancel."),
     Judged(
         "5.2", _certificate,
         (([("k_1", "i_ds_tilde + w_1/k_1")], "left side minus sum"),
          ([("2/k_1", "w_1"), ("k_1", "i_ds_tilde")], "left side minus sum"),
-         ([("2*k_1", "i_ds_tilde + w_1/k_1"), ("-k_1", "i_ds_tilde"), ("0", "w_1"), ("-2", "0"), ("1/k_1", "0")], "left side minus sum"),
+         ([("2*k_1", "i_ds_tilde + w_1/k_1"), ("-k_1", "i_ds_tilde"), ("0", "w_1"), ("-2", "0"), ("1/k_1", "0")],
+          "left side minus sum"),
          ([("k_1", "i_ds_tilde"), ("2/k_1", "w_1 + k_1*i_ds_tilde/2"), ("-k_1/2", "i_ds_tilde")], "not seen to be positive")),
         "Expand it once by hand: that is the whole proof."),
     Judged(

@@ -49,7 +49,7 @@ def _wish(answer: Any) -> str:
     if not isinstance(answer, Mapping) or set(answer) != set(GAINS):
         return "A dictionary with k_1, k_2 and k_3 is asked for."
     found = achieved(MACHINE, "consistent_12", {name: float(value) for name, value in answer.items()}, 0.0, OMEGA)
-    text = f"They give a decay of {found.decay:.1f} 1/s, a damping of {found.damping:.2f}, a fastest pole of {found.fastest:.0f} rad/s."
+    text = f"Decay {found.decay:.1f} 1/s, damping {found.damping:.2f}, fastest pole {found.fastest:.0f} rad/s."
     if found.decay < DECAY * (1 - 1e-6):
         return f"{text} Too slow: near standstill k_3 alone is the spring, at speed k_1 must carry it."
     if found.damping < DAMPING * (1 - 1e-6):
@@ -76,7 +76,8 @@ EXERCISES: tuple[Exercise, ...] = (
          ("alpha*k_3 + k_2*omega", "k_2 omega comes from the feedback, and another omega from w."),
          ("k_3 + k_2*omega**2", "The xi error enters w with the factor alpha."),
          ("alpha*k_3", "The z loop adds a term.")),
-        "A spring that stiffens with speed.", "Differentiate w = alpha xi_tilde - j omega z_tilde with omega and alpha constant."),
+        "A spring that stiffens with speed.",
+        "Differentiate w = alpha xi_tilde - j omega z_tilde with omega and alpha constant."),
     Number(
         "6.2", _limit, "rad/s",
         ((lambda w: w * w, "That is omega squared: take the root."),
@@ -95,5 +96,6 @@ EXERCISES: tuple[Exercise, ...] = (
         ((lambda _: 2 / _magnitude(), "2 / |s| is right for a pole on the real axis; this one swings."),
          (lambda _: _step(np.argmin), "That is the other pair: its magnitude is smaller."),
          (lambda h: h / 2, "The 2 is lost: |1 + hs|^2 = 1 + 2 h Re s + h^2 |s|^2.")),
-        "The usual 100 us is an eighth of it; at higher speed it comes closer.", "Square |1 + hs| < 1 and solve for h.", tolerance=0.01),
+        "The usual 100 us is an eighth of it; at higher speed it comes closer.",
+        "Square |1 + hs| < 1 and solve for h.", tolerance=0.01),
 )

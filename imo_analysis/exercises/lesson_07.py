@@ -69,17 +69,20 @@ EXERCISES: tuple[Exercise, ...] = (
          (lambda _: -SLIP / 6.6 * (MACHINE.alpha - 6.6), "c has the true alpha: it says how the flux really lies."),
          (lambda e: e / MACHINE.n_p, "Slip and omega are both electrical: no pole pairs."),
          (lambda _: -(MACHINE.alpha - 6.6), "Weigh the error of alpha with c.")),
-        "Too little rotor resistance believed, too little slip subtracted, speed too high.", "Set omega_tilde + c alpha_tilde to zero."),
+        "Too little rotor resistance believed, too little slip subtracted, speed too high.",
+        "Set omega_tilde + c alpha_tilde to zero."),
     Number(
         "7.3", _rank, "1",
         ((lambda _: 6.0, "The first four columns are constant and have two rows: they span a plane, not four dimensions."),
          (lambda _: 2.0, "That is the rank at one instant; v_1 and v_2 move from one to the next."),
          (lambda _: 5.0, "One dark direction would be real; these are complex, and come in twos.")),
-        "Two directions stay dark whatever the signals do, so (19) never holds.", "Count the constant plane, then the arrows that move.",
+        "Two directions stay dark whatever the signals do, so (19) never holds.",
+        "Count the constant plane, then the arrows that move.",
         tolerance=0.001),
     Judged(
         "7.4", _modulation,
-        (({"depth": 0.0, "frequency": 50.0}, "on one line"), ({"depth": 0.15, "frequency": 10.0}, "compare depth times frequency"),
+        (({"depth": 0.0, "frequency": 50.0}, "on one line"), ({"depth": 0.15, "frequency": 10.0},
+          "compare depth times frequency"),
          ({"depth": 0.5, "frequency": 50.0}, "The depth must be"), ({"depth": 0.1}, "A dictionary with")),
         "The alpha error can now be told from the speed error."),
 )
