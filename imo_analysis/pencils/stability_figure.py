@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _INK = "#1a1a1a"
+_UNSTABLE = "\\\\\\"  # dots would be a hundred kilobytes of circles
 _NOWHERE: dict[str, Any] = {"facecolor": "#e6e6e6", "edgecolor": "#8a8a8a", "hatch": "////", "linewidth": 0.0}
 _LEVELS = {
     "decay": (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0),
@@ -27,7 +28,7 @@ _LEVELS = {
 def plot_stability(data: xr.Dataset, quantity: str = "decay", title: str = "") -> Figure:
     """Shades and labelled contours over two parameters, a panel an observer, all with one scale.
 
-    Heavy line: the limit of stability. Dotted area: unstable. Hatched grey: no state at rest there.
+    Heavy line: the limit of stability. Hatched: unstable. Hatched grey: no state at rest there.
 
     Parameters
     ----------
@@ -99,7 +100,7 @@ def _panel(ax: Axes, part: xr.Dataset, quantity: str, x_name: str, y_name: str, 
         lines = ax.contour(x, y, np.ma.masked_invalid(values), levels=inside, colors=_INK, linewidths=0.7)
         ax.clabel(lines, fontsize=7, fmt="%g")
     if np.nanmin(decay) < 0:
-        ax.contourf(x, y, decay, levels=[np.nanmin(decay) - 1.0, 0.0], colors="none", hatches=["...."])
+        ax.contourf(x, y, decay, levels=[np.nanmin(decay) - 1.0, 0.0], colors="none", hatches=[_UNSTABLE])
         if np.nanmax(decay) > 0:
             ax.contour(x, y, decay, levels=[0.0], colors=_INK, linewidths=2.2)
     return mesh
@@ -113,7 +114,7 @@ def _key(data: xr.Dataset) -> tuple[list[Any], list[str]]:
     decay = data["decay"].values
     shown = [
         (np.nanmin(decay) < 0 < np.nanmax(decay), Line2D([], [], color=_INK, linewidth=2.2), "limit of stability"),
-        (np.nanmin(decay) < 0, Patch(facecolor="none", edgecolor=_INK, hatch="....", linewidth=0.4), "unstable"),
+        (np.nanmin(decay) < 0, Patch(facecolor="none", edgecolor=_INK, hatch=_UNSTABLE, linewidth=0.4), "unstable"),
         (bool(np.isnan(decay).any()), Patch(**_NOWHERE),
          "no state at rest"),
     ]

@@ -127,6 +127,7 @@ def _compute(
 ) -> tuple[list[tuple[str, str]], list[Entry], list[str], list[str]]:
     from imo_analysis.ledger.book import entries as settle_all
     from imo_analysis.report import drive
+    from imo_analysis.report.atlas import atlas
     from imo_analysis.report.chapters.drive import drive_chapter
     from imo_analysis.report.chapters.excitation import excitation_chapter
     from imo_analysis.report.chapters.ledger import ledger_chapter
@@ -156,7 +157,7 @@ def _compute(
         note("excitation: what can be told apart at all")
         possible = identifiability(study, work)
         note("pencils: poles at the speeds of Table II and over the sweep")
-        poles = pencils(study, work, runs)
+        poles, maps = pencils(study, work, runs), atlas(study, work)
         lost = divergences(study, note)
         grown = growth(study, work)
         scenarios = [run_scenario(study, name, work, note, runs) for name in scenario_names(study)]
@@ -174,7 +175,7 @@ def _compute(
     judged, papers = _judged(scenarios), is_paper(study.machine)
     chapters = [
         ledger_chapter(entries, proved), notation_chapter(), machine_chapter(study.machine), theorem_chapter(entries, *grown),
-        pencils_chapter(poles, proved, papers), simulations_chapter(study, scenarios, lost), drive_chapter(real),
+        pencils_chapter(poles, proved, papers, maps), simulations_chapter(study, scenarios, lost), drive_chapter(real),
         excitation_chapter(judged, scenarios, possible, cured, moved, papers), reproduce_chapter(study, files),
     ]
     title = f"imo report: {study.title}"

@@ -83,14 +83,31 @@ def pencils(study: Study, folder: Path, sweeps: bool = True) -> PoleResult:
         files += [("poles.nc", "poles over the speed sweep"), ("poles.csv", "the same as text")]
     figures = [
         keep(folder, "poles-plane", rasterized(plot_plane(sweep, marks=study.poles.omega)),
-             f"Paths of the poles from {span.start:g} to {span.stop:g} rad/s, a panel an observer, each with axes of its own. "
-             "Negative speeds mirror positive ones at the real axis."),
+             f"Paths of the poles from {span.start:g} to {span.stop:g} rad/s, a panel an observer, each with axes of its own."
+             + _mirrored(sweep)),
         keep(folder, "poles-speed", plot_against(sweep),
              "Real and imaginary parts over the speed. A real part above zero means that the observer, held at that speed, is "
              "unstable."),
     ]
     unstable = {str(name): unstable_speeds(sweep.sel(observer=name)) for name in sweep["observer"].values}
     return PoleResult(table, sweep, figures, files, _found(table, unstable, is_paper(study.machine)), unstable)
+
+
+def _mirrored(sweep: xr.Dataset) -> str:
+    """Whose poles at a negative speed are the mirror images of those at the positive one; about none if the sweep is uneven."""
+    omega = sweep["omega"].values
+    if not np.allclose(omega, -omega[::-1]):
+        return ""
+    odd = []
+    for name in sweep["observer"].values:
+        one = sweep.sel(observer=name)
+        roots = one["re"].values + 1j * one["im"].values  # (omega, branch), where the order of the branches says nothing
+        here, there = (np.sort_complex(np.round(part, 6)) for part in (roots, roots.conj()[::-1]))
+        if not np.allclose(here, there, atol=1e-4 * float(np.nanmax(np.abs(roots))), equal_nan=True):
+            odd.append(f"`{name}`")
+    if len(odd) == sweep.sizes["observer"]:
+        return " The two directions of rotation differ."
+    return " Negative speeds mirror positive ones at the real axis" + (f", but not for {', '.join(odd)}." if odd else ".")
 
 
 def rightmost(sweep: xr.Dataset) -> Any:

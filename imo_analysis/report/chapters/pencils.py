@@ -10,12 +10,13 @@ import numpy as np
 
 from imo_analysis.drawing import line
 from imo_analysis.pencils.table2_fit import PRINTED
+from imo_analysis.report.atlas import Atlas, Unstable
 from imo_analysis.report.page import Chapter, Html, answer, figure, formula, join, number, prose, table, tag
 from imo_analysis.report.pencils import PoleResult, moving
 from imo_analysis.report.words import typeset, unit
 
 
-def pencils_chapter(poles: PoleResult, proofs: dict[str, Any], papers: bool) -> Chapter:
+def pencils_chapter(poles: PoleResult, proofs: dict[str, Any], papers: bool, maps: Atlas | None = None) -> Chapter:
     """Poles of the frozen-speed error dynamics.
 
     Parameters
@@ -25,6 +26,7 @@ def pencils_chapter(poles: PoleResult, proofs: dict[str, Any], papers: bool) -> 
         From `imo_analysis.report.checks.checks`.
     papers : bool
         Whether the machine is that of Table II.
+    maps : Atlas, optional
     """
     body = join(
         [
@@ -37,6 +39,7 @@ found here by differentiating the definitions of plant and observer, not typed i
             *(figure(drawn.svg, drawn.caption, drawn.caption, drawn.file) for drawn in poles.figures),
             _unstable(poles),
             _slider(poles),
+            *(_maps(maps) if maps else ()),
             *((tag("h3", "Table II, printed and computed"), *_table2(poles),
                tag("h3", "Where the printed numbers come from"), *_explanation(proofs)) if papers else
               (tag("p", "Table II is about the paper's machine; the dossier of the paper's study goes into it. The poles of "
@@ -44,6 +47,24 @@ found here by differentiating the definitions of plant and observer, not typed i
         ]
     )
     return Chapter("poles", "Poles", "Poles of the error dynamics", body)
+
+
+def _maps(maps: Atlas) -> list[Html]:
+    """The maps of stability, with what the one over speed and slip says of each observer."""
+    return [
+        tag("h3", "Where an observer is stable"),
+        prose("With the laws that adapt the speed at work, the linearisation at a steady state tells more than frozen poles: "
+              "it is exact there, in the frame of the flux, where the steady state is a point at rest."),
+        answer(*(_said(one) for one in maps.unstable)),
+        *(figure(drawn.svg, drawn.caption, drawn.caption, drawn.file) for drawn in maps.figures),
+    ]
+
+
+def _said(one: Unstable) -> str:
+    if not (one.forward or one.backward):
+        return f"`{one.observer}` is stable all over the map of speed and slip."
+    return (f"`{one.observer}` is unstable at {100 * one.forward:.3g} % of the points of the map with positive speed, at "
+            f"{100 * one.backward:.3g} % of those with negative speed, and at {100 * one.braking:.3g} % of those that brake.")
 
 
 def _unstable(poles: PoleResult) -> Html:
