@@ -24,7 +24,7 @@ from imo_analysis.ledger.sampling import points
 from imo_analysis.ledger.setting import COMPARE, Setting
 from imo_analysis.ledger.settle import plan
 
-_POINTS = 3  # for an equation: a slip differs from it almost everywhere
+_POINTS = 4  # for an equation: a slip differs from it almost everywhere, but small numbers make 0 and 1 now and then
 _TRIES = 24  # for an inequality, which a slip may leave true almost everywhere
 
 
@@ -175,8 +175,9 @@ def _all_free(setting: Setting, relation: Relation) -> list[str]:
 def _places(setting: Setting, relation: Relation, count: int) -> list[dict[str, Fraction]]:
     """Points in every case, with a value for every name of the setting, since a slip may bring in any of them."""
     whole = [relation, *(Relation("=", tree, tree) for tree in setting.definitions.values()), *setting.hypotheses]
-    return [point for case in setting.cases
-            for point in points(replace(setting, cases=(case,)), whole, -(-count // len(setting.cases)), seed=7, size=97)]
+    each = -(-count // len(setting.cases))
+    return [point for number, case in enumerate(setting.cases)
+            for point in points(replace(setting, cases=(case,)), whole, each, seed=7 + number, size=97)]
 
 
 def _accepted(one: Kernel, mutants: Sequence[Mutant]) -> list[int]:
