@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 from dataclasses import asdict
 from typing import Any
 
@@ -12,9 +13,10 @@ HOUR = 3600.0  # s
 
 
 def design_modulation(args: argparse.Namespace) -> int:
-    """Design, simulate the design with noise, print both; exit code 1 if the simulation misses the accuracy."""
+    """Design, simulate the design, print both; exit code 1 if the simulation misses the accuracy or the limit of torque."""
     from imo_analysis.commands.output import emit_json, say
-    from imo_analysis.excitation.design import Wanted, cheapest_by_waveform, design, verify
+    from imo_analysis.excitation.design import LIMITS, Wanted, cheapest_by_waveform, design
+    from imo_analysis.excitation.design_check import plant_of, slowest_rate, verify
     from imo_analysis.study import Study
 
     if args.run:
@@ -27,41 +29,81 @@ def design_modulation(args: argparse.Namespace) -> int:
     within, noise = _positive("--within", [args.within])[0], _positive("--noise", [args.noise])[0]
     wanted = Wanted(
         alpha, omega, within, start, _numbers("--speeds", args.speeds), _numbers("--torques", args.torques), noise,
-        current_limit=study.drive.current_limit, voltage_limit=study.drive.voltage_limit)
-    squares = settings.kind == "repaired"
-    found, tried = design(study.machine, settings.gains, study.drive.flux, wanted, squares_noise=squares,
-                          drive=study.drive)
+        step=study.simulation.sample_time,
+        **{"current_limit": study.drive.current_limit, "voltage_limit": study.drive.voltage_limit} | _limits(args.limit))
+    plant = plant_of(study, observer)
+    found, tried = design(plant, wanted)
     waveforms = cheapest_by_waveform(tried, wanted)
+    exact = slowest_rate(plant, found)
     checks = verify(study, found, wanted, observer)
     say(args, f"flux modulated by {100 * found.depth:.3g} % at {found.frequency:.4g} rad/s, a {_words(found.waveform)} of the "
               f"reference, for observer {observer}:")
-    say(args, f"  the error of alpha_hat decays as exp(-{found.rate:.3g} t), t in s; the noise leaves it "
-              f"{found.bias:.3g} /s off")
+    say(args, f"  over {_range(wanted.speeds)} rad/s and {_range(wanted.torques)} N m the error of alpha_hat decays as "
+              f"exp(-{found.rate:.3g} t), t in s, or faster;")
+    say(args, f"  slowest at {found.slowest[0]:.4g} rad/s, {found.slowest[1]:.3g} N m, by Floquet's multiplier "
+              f"{exact:.3g} 1/s; the noise leaves it {found.bias:.3g} /s off")
     say(args, f"  no unbiased estimate can be closer, in {wanted.time:g} s: alpha +- {found.alpha_bound:.2g} /s, "
               f"omega +- {found.omega_bound:.2g} rad/s")
-    say(args, f"  costs {found.loss:.3g} W of copper loss, peaks of {found.current:.3g} A and {found.voltage:.3g} V")
+    say(args, f"  costs {found.loss:.3g} W of copper loss; of the limits it uses "
+              + ", ".join(limit.share(found, wanted) for limit in LIMITS))
     for other in waveforms:
         if other is not found:
             say(args, f"  a {_words(other.waveform)} would cost {other.loss:.3g} W: {100 * other.depth:.3g} % at "
-                      f"{other.frequency:.4g} rad/s, peaks of {other.current:.3g} A and {other.voltage:.3g} V")
-    say(args, f"in closed loop with {wanted.noise:g} A of noise, after {wanted.time:g} s:")
+                      f"{other.frequency:.4g} rad/s, {other.ripple:.2g} N m, peaks of {other.current:.3g} A, "
+                      f"{other.voltage:.3g} V")
+    say(args, f"in closed loop with {wanted.noise:g} A of noise, after {wanted.time:g} s; torque: half the swing that the "
+              "modulation makes without noise,")
+    say(args, "and in brackets the deviation that noise makes without modulation:")
     for one in checks:
-        say(args, f"  {one.omega:4g} rad/s, {one.torque:3g} N m: alpha {one.alpha_error:+.3f} +- {one.alpha_deviation:.3f} /s, "
-                  f"omega {one.omega_error:+.3f} +- {one.omega_deviation:.3f} rad/s, {one.loss:.2f} W, "
-                  f"torque ripple {one.torque_ripple:.3f} N m ({one.torque_ripple_before:.3f} before)")
-    reached = all(abs(one.alpha_error) <= wanted.alpha and abs(one.omega_error) <= wanted.omega for one in checks)
-    say(args, "the wanted accuracy is reached" if reached else "the wanted accuracy is MISSED in closed loop")
+        say(args, f"  {one.omega:4.4g} rad/s, {one.torque:3.3g} N m: alpha {one.alpha_error:+.3f} +- {one.alpha_deviation:.3f} "
+                  f"/s, omega {one.omega_error:+.3f} +- {one.omega_deviation:.3f} rad/s, {one.loss:.2f} W, "
+                  f"{one.ripple:.4f} N m ({one.noise_torque:.3f})")
+    reached = all(one.keeps(wanted) for one in checks)
+    say(args, "the wanted accuracy is reached within the limits" if reached else
+        "the wanted accuracy, or the limit of torque, is MISSED in closed loop")
     if args.duty:
         from imo_analysis.excitation.duty import mixed_duty
         from imo_analysis.files import write_text
 
-        write_text(args.duty, mixed_duty(study, HOUR, noise=noise, depth=found.depth, frequency=found.frequency,
-                                         off=(HOUR / 4, HOUR * 3 / 4)).to_toml())
-        say(args, f"wrote {args.duty}; now: imo simulate {args.duty} --out duty.nc")
-    emit_json(args, "imo-excitation-design/1", {
-        "study": args.design, "observer": observer, "wanted": asdict(wanted), "design": asdict(found),
-        "waveforms": [asdict(one) for one in waveforms], "closed_loop": [asdict(one) for one in checks], "reached": reached})
+        hour = mixed_duty(study, HOUR, noise=noise, depth=found.depth, frequency=found.frequency, waveform=found.waveform,
+                          off=(HOUR / 4, HOUR * 3 / 4))
+        write_text(args.duty, hour.to_toml())
+        say(args, f"wrote {args.duty}, its supervisor with S_0 = {hour.observers['supervised'].gains['S_0']:g} A^2; now: "
+                  f"imo simulate {args.duty} --out duty.nc")
+    emit_json(args, "imo-excitation-design/2", {
+        "study": args.design, "observer": observer, "wanted": _without_infinity(asdict(wanted)), "design": asdict(found),
+        "floquet_rate": exact, "waveforms": [asdict(one) for one in waveforms], "closed_loop": [asdict(one) for one in checks],
+        "reached": reached})
     return 0 if reached else 1
+
+
+def _without_infinity(data: dict[str, Any]) -> dict[str, Any]:
+    """None for a limit that is not there."""
+    return {name: None if value == math.inf else value for name, value in data.items()}
+
+
+def _range(values: tuple[float, ...]) -> str:
+    low, high = min(values), max(values)
+    return f"{low:g}" if low == high else f"{low:g} to {high:g}"
+
+
+def _limits(asked: list[str] | None) -> dict[str, float]:
+    """The fields of `Wanted` that ``--limit NAME=X`` sets."""
+    from imo_analysis.excitation.design import LIMITS
+
+    by_name = {limit.name: limit for limit in LIMITS}
+    chosen = {}
+    for text in asked or ():
+        name, _, number = text.partition("=")
+        try:
+            value = float(number)
+        except ValueError:
+            value = 0.0
+        if name not in by_name or not (math.isfinite(value) and value > 0):
+            raise InputError(f"--limit {text!r} must be one of {', '.join(f'{one.name}=X ({one.unit})' for one in LIMITS)}, "
+                             "X above 0")
+        chosen[by_name[name].wanted] = value / by_name[name].factor
+    return chosen
 
 
 def _words(waveform: str) -> str:
@@ -70,21 +112,20 @@ def _words(waveform: str) -> str:
 
 def _observer(study: Any, asked: list[str] | None) -> str:
     """The observer that is asked for, or the study's first one of a kind that a design is known for."""
-    kinds = ("repaired", "quiet")
-    able = [name for name, settings in study.observers.items() if settings.kind in kinds]
+    from imo_analysis.excitation.settling import KINDS
+
+    able = [name for name, settings in study.observers.items() if settings.kind in KINDS]
     if asked:
         if len(asked) != 1 or asked[0] not in able:
-            raise InputError(f"--observer {', '.join(asked)} must be one observer of kind {' or '.join(kinds)}: "
+            raise InputError(f"--observer {', '.join(asked)} must be one observer of kind {' or '.join(KINDS)}: "
                              f"{', '.join(able) or 'the study has none'}")
         return asked[0]
     if not able:
-        raise InputError(f"the study has no observer of kind {' or '.join(kinds)}; the paper's own does not settle")
+        raise InputError(f"the study has no observer of kind {' or '.join(KINDS)}; the paper's own settles at low speed only")
     return able[0]
 
 
 def _numbers(option: str, text: str) -> tuple[float, ...]:
-    import math
-
     try:
         values = tuple(float(word) for word in text.split(","))
     except ValueError:

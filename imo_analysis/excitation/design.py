@@ -1,40 +1,38 @@
 """The cheapest flux modulation that makes alpha and speed known to a wanted accuracy in a given time, and what it costs.
 
 Two conditions. No estimator can do better than the Cramer-Rao bound (`imo_analysis.excitation.bounds`). The observer itself
-needs its alpha_hat to settle: averaged over the modulation, its error decays at
-
-    rate = g sum_nu |v_1(nu)|^2 Re H(nu),
-    H(nu) = 1 / (k_1 + R_s/sigma + j (nu - omega) + (alpha k_3 + kappa |omega|) / (j nu)),
-
-over the sidebands nu = omega_s +- n frequency of every line n of the flux's shape, |v_1| = beta psi depth |c_n| n frequency /
-alpha (no load; a load does not change which part of v_1 is across v_2), and where the law squares the current's noise it rests
-2 g (1 + beta L_m) noise^2 / rate too low (claim ``noise.bias``).
+needs its alpha_hat to settle (`imo_analysis.excitation.settling`), and where its law squares the current's noise it rests
+2 g (1 + beta L_m) noise^2 / rate too low (claim ``noise.bias``). Both must hold all over the operating range: at every pair of
+speed and torque between the smallest and the largest that are given, looked at on a grid and where a sideband of the modulation
+comes to zero frequency.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from imo_analysis.equations.steady_state import current_of_flux
 from imo_analysis.errors import InputError
 from imo_analysis.excitation.bounds import Measurement, bounds_over_speed, held_torque_along, slip_at
+from imo_analysis.excitation.ripple import torque_ripple
+from imo_analysis.excitation.settling import KINDS, QUIET, settling_rate
+from imo_analysis.excitation.swing import COSINE, Shape, costs, shape_of
 from imo_analysis.machine import InductionMachine
-from imo_analysis.simulation.waveforms import WAVES, lines
-
-if TYPE_CHECKING:
-    from imo_analysis.study import Study
-    from imo_analysis.study_tables import Drive
+from imo_analysis.simulation.waveforms import WAVES
+from imo_analysis.study_tables import Drive
 
 _CONFIDENCE = 3.0  # standard deviations that the accuracy must hold
+_DEEPEST = 0.5  # of the mean flux: beyond, the averaged rate is no guide
 _DEEPEST_REFERENCE = 0.95  # of the mean flux: its reference must stay above 0
-_MARGIN = 0.9  # the averaged rate and bias are good to a few per cent
+_MARGIN = 0.9  # the averaged rate and bias, and the torque ripple, are good to a few per cent
+FREQUENCIES = tuple(float(one) for one in np.geomspace(2, 200, 25))  # rad/s
+_SPEEDS, _TORQUES = 9, 3  # points of the grid over the operating range
+_ORDERS = 3  # of the lines whose sidebands are looked for at zero frequency
 
 
 @dataclass(frozen=True)
@@ -50,13 +48,17 @@ class Wanted:
     start : float
         Error of alpha_hat at the start, in 1/s.
     speeds, torques : tuple of float
-        The operating range: all pairs of them, rad/s and N m.
+        The operating range lies between the smallest and the largest, rad/s and N m; these points themselves are simulated.
     noise : float
         Standard deviation of each current sample, in A.
     depth_limit : float
-        Largest depth (saturation).
+        Largest depth of the flux, as a part of its mean (saturation).
     current_limit, voltage_limit : float
         Peak values, in A and V.
+    torque_limit : float
+        Half the swing of the torque that the modulation makes, in N m.
+    step : float
+        Time from sample to sample, in s.
     """
 
     alpha: float
@@ -69,6 +71,8 @@ class Wanted:
     depth_limit: float = 0.2
     current_limit: float = math.inf
     voltage_limit: float = math.inf
+    torque_limit: float = math.inf
+    step: float = 1e-4
 
 
 @dataclass(frozen=True)
@@ -87,8 +91,12 @@ class Design:
         Largest Cramer-Rao bounds, in 1/s and rad/s.
     current, voltage : float
         Largest peaks, in A and V.
+    ripple : float
+        Largest half swing of the torque, in N m; 0 where no drive says how it holds the torque.
     loss : float
         Most copper loss, stator and rotor, that the modulation adds, in W.
+    slowest : tuple of 2
+        Speed (rad/s) and torque (N m) at which the rate is the slowest.
     waveform : str
         Of the reference; the flux follows as the drive lets it.
     """
@@ -101,150 +109,162 @@ class Design:
     omega_bound: float
     current: float
     voltage: float
+    ripple: float
     loss: float
+    slowest: tuple[float, float]
     waveform: str = "sine"
 
 
-@dataclass(frozen=True, eq=False)
-class Shape:
-    """A periodic swing of the flux with a peak of 1, as the sum of c_n exp(j n angle) and the conjugates.
+@dataclass(frozen=True)
+class Limit:
+    """A limit: its name, the fields of `Wanted` and `Design` that it is about, unit and factor for print, and a margin."""
 
-    Attributes
-    ----------
-    orders, amplitudes : array of shape (lines,)
-        n and c_n.
-    reference : float
-        Peak of the flux reference that makes it.
-    """
+    name: str
+    wanted: str
+    found: str
+    unit: str
+    factor: float = 1.0
+    margin: float = 1.0
 
-    orders: NDArray[np.int64]
-    amplitudes: NDArray[np.complex128]
-    reference: float = 1.0
+    def value(self, wanted: Wanted) -> float:
+        """Its value."""
+        return float(getattr(wanted, self.wanted))
 
-    @cached_property
-    def swing(self) -> NDArray[np.float64]:
-        """The swing at 256 points of a period."""
-        return self.sampled(256)
+    def used(self, found: Design) -> float:
+        """How much a design uses of it, with the margin."""
+        return float(getattr(found, self.found)) / self.margin
 
-    def sampled(self, points: int = 512, derivative: int = 0) -> NDArray[np.float64]:
-        """The swing, or its derivative by the angle, evenly over a period."""
-        angle = 2 * math.pi * np.arange(points) / points
-        weights = self.amplitudes * (1j * self.orders) ** derivative
-        values: NDArray[np.float64] = 2 * np.real(weights @ np.exp(1j * np.outer(self.orders, angle)))
-        return values
+    def share(self, found: Design, wanted: Wanted) -> str:
+        """In words, how much a design uses of it."""
+        value = self.value(wanted)
+        of = f" of {value * self.factor:.3g}" if math.isfinite(value) else ""
+        return f"{self.name} {self.used(found) * self.factor:.3g}{of} {self.unit}"
 
-
-COSINE = Shape(np.array([1]), np.array([0.5 + 0j]))
-
-
-def shape_of(waveform: str, frequency: float, drive: Drive, alpha: float) -> Shape:
-    """What the drive makes of a waveform of the flux reference: its flux loop acting through its current loop.
-
-    Line n is passed with w / ((s + alpha) (1 + s / w_i) + w - alpha) at s = j n frequency, w and w_i the bandwidths of the
-    flux and the current loop: as long as no limit is hit.
-    """
-    orders, amplitudes = lines(waveform)
-    s = 1j * orders * frequency
-    passed = drive.flux_bandwidth / ((s + alpha) * (1 + s / drive.current_bandwidth) + drive.flux_bandwidth - alpha)
-    followed = Shape(orders, amplitudes * passed)
-    peak = float(np.abs(followed.sampled()).max())
-    return Shape(orders, followed.amplitudes / peak, 1 / peak)
+    def said(self, value: float) -> str:
+        """A value with its unit, rounded up so that asking for what is said is enough."""
+        scaled = value * self.factor
+        unit = 10.0 ** (math.floor(math.log10(scaled)) - 2) if scaled > 0 else 1.0
+        return f"{math.ceil(scaled / unit - 1e-9) * unit:.3g} {self.unit}"
 
 
-def settling_rate(machine: InductionMachine, gains: Mapping[str, float], flux: float, depth: float, frequency: float,
-                  omega: float, slip: float = 0.0, shape: Shape = COSINE) -> float:
-    """Averaged decay rate of the alpha error in the repaired and quiet observers, in 1/s."""
-    damping = gains["k_1"] + machine.R_s / machine.sigma
-    nu = omega + slip + np.outer([1.0, -1.0], shape.orders * frequency)
-    strength = machine.alpha * gains["k_3"] + gains["kappa"] * abs(omega)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        lag = damping + 1j * (nu - omega) - 1j * strength / nu
-        answer = np.where(nu == 0, 0.0, np.real(1 / lag))
-    side = machine.beta * flux * depth * np.abs(shape.amplitudes) * shape.orders * frequency / machine.alpha
-    return float(gains["g"] * (side * side * answer).sum())
+LIMITS = (
+    Limit("flux", "depth_limit", "depth", "%", 100.0),
+    Limit("torque", "torque_limit", "ripple", "N m", margin=_MARGIN),
+    Limit("current", "current_limit", "current", "A"),
+    Limit("voltage", "voltage_limit", "voltage", "V"),
+)
 
 
-def costs(
-    machine: InductionMachine, flux: float, depth: float, frequency: float, omega: float, torque: float, shape: Shape = COSINE
-) -> tuple[float, float, float]:
-    """``(peak current, peak voltage, added copper loss)`` in A, V and W at held torque, over one period."""
-    t = 2 * math.pi / frequency * np.arange(512) / 512
-    psi = flux * (1 + depth * shape.sampled())
-    rate = flux * depth * frequency * shape.sampled(derivative=1)
-    slip = slip_at(machine, torque, flux) * (flux / psi) ** 2
-    i_d, i_q = current_of_flux(psi, rate, slip, machine.alpha, machine.L_m)
-    current = i_d + 1j * i_q
-    turn = 1j * (omega + slip)
-    change = np.gradient(current, t, edge_order=2) + turn * current + machine.beta * (rate + turn * psi)
-    voltage = machine.sigma * change + machine.R_s * current
-    rotor = (psi - machine.L_m * current) / machine.L_r
-    steady = current_of_flux(flux, 0.0, slip_at(machine, torque, flux), machine.alpha, machine.L_m)
-    still = steady[0] + 1j * steady[1]
-    still_rotor = (flux - machine.L_m * still) / machine.L_r
+@dataclass(frozen=True)
+class Plant:
+    """What a modulation acts on: machine, kind and gains of the observer, mean flux (Wb), and the drive where there is one."""
 
-    def loss(stator: Any, in_rotor: Any) -> float:
-        return float(1.5 * np.mean(machine.R_s * np.abs(stator) ** 2 + machine.R_r * np.abs(in_rotor) ** 2))
+    machine: InductionMachine
+    kind: str
+    gains: Mapping[str, float]
+    flux: float
+    drive: Drive | None = None
 
-    added = loss(current, rotor) - loss(still, still_rotor)
-    return float(np.abs(current).max()), float(np.abs(voltage).max()), added
+    def shape(self, waveform: str, frequency: float) -> Shape:
+        """The swing of the flux that a reference makes."""
+        return shape_of(waveform, frequency, self.drive, self.machine.alpha) if self.drive else COSINE
 
 
-def assess(machine: InductionMachine, gains: Mapping[str, float], flux: float, depth: float, frequency: float, wanted: Wanted,
-           squares_noise: bool, shape: Shape = COSINE, waveform: str = "sine") -> Design:
-    """A modulation at the worst point of the range."""
-    found = _accuracy(machine, gains, flux, depth, frequency, wanted, squares_noise, shape)
-    price = [costs(machine, flux, depth, frequency, omega, torque, shape)
-             for omega in wanted.speeds for torque in wanted.torques]
+def assess(plant: Plant, wanted: Wanted, depth: float, frequency: float, waveform: str = "sine") -> Design:
+    """A modulation at the worst points of the range."""
+    shape = plant.shape(waveform, frequency)
+    found = _accuracy(plant, wanted, depth, frequency, shape)
+    machine, flux = plant.machine, plant.flux
+    points = [(omega, torque) for omega in _ends(wanted.speeds) for torque in _ends(wanted.torques)]
+    price = [costs(machine, flux, depth, frequency, omega, torque, shape) for omega, torque in points]
+    ripple = (torque_ripple(machine, plant.drive, flux, shape, depth, frequency, points, wanted.step)
+              if plant.drive else 0.0)
     current, voltage, loss = (max(one[k] for one in price) for k in range(3))
-    return replace(found, current=current, voltage=voltage, loss=loss, waveform=waveform)
+    return replace(found, current=current, voltage=voltage, ripple=ripple, loss=loss, waveform=waveform)
 
 
-def _accuracy(machine: InductionMachine, gains: Mapping[str, float], flux: float, depth: float, frequency: float,
-              wanted: Wanted, squares_noise: bool, shape: Shape) -> Design:
+def _ends(values: tuple[float, ...]) -> tuple[float, ...]:
+    return tuple(sorted({min(values), *values, max(values)}))
+
+
+def operating_range(wanted: Wanted, slips: NDArray[np.float64], frequency: float, shape: Shape) -> NDArray[np.float64]:
+    """Speeds to look at, in rad/s: those given, a grid between them, and those at which a sideband stands still."""
+    low, high = min(wanted.speeds), max(wanted.speeds)
+    still = [sign * order * frequency - slip for order in shape.orders[:_ORDERS] for sign in (1, -1) for slip in slips]
+    return np.unique([*wanted.speeds, *np.linspace(low, high, _SPEEDS), *(one for one in still if low < one < high)])
+
+
+def _accuracy(plant: Plant, wanted: Wanted, depth: float, frequency: float, shape: Shape) -> Design:
     """The same with the costs left out."""
-    speeds = np.asarray(wanted.speeds, float)
-    measurement = Measurement(wanted.noise, 10_000.0, wanted.time)
-    slips = [slip_at(machine, torque, flux) for torque in wanted.torques]
+    found = _settling(plant, wanted, depth, frequency, shape)
+    measurement = Measurement(wanted.noise, 1 / wanted.step, wanted.time)
+    slips, speeds = _points(plant, wanted, frequency, shape)
     psi = 1 + depth * shape.swing
-    bounds = [bounds_over_speed(machine, held_torque_along(psi, flux, 0.0, slip, frequency), speeds, measurement)
+    bounds = [bounds_over_speed(plant.machine, held_torque_along(psi, plant.flux, 0.0, slip, frequency), speeds, measurement)
               for slip in slips]
-    rate = min(settling_rate(machine, gains, flux, depth, frequency, omega, slip, shape)
-               for omega in wanted.speeds for slip in slips)
-    bias = 2 * gains["g"] * (1 + machine.beta * machine.L_m) * wanted.noise**2 / rate if squares_noise else 0.0
     worst = {name: max(float(b[name].max()) for b in bounds) for name in ("alpha_both", "omega_both")}
-    return Design(depth, float(frequency), rate, bias, worst["alpha_both"], worst["omega_both"], math.nan, math.nan, math.nan)
+    return replace(found, alpha_bound=worst["alpha_both"], omega_bound=worst["omega_both"])
+
+
+def _points(plant: Plant, wanted: Wanted, frequency: float, shape: Shape) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Slips and speeds to look at."""
+    slips = np.array([slip_at(plant.machine, torque, plant.flux) for torque in _torques(wanted)])
+    return slips, operating_range(wanted, slips, frequency, shape)
+
+
+def _torques(wanted: Wanted) -> list[float]:
+    return sorted({*wanted.torques, *np.linspace(min(wanted.torques), max(wanted.torques), _TORQUES).tolist()})
+
+
+def _settling(plant: Plant, wanted: Wanted, depth: float, frequency: float, shape: Shape) -> Design:
+    """What the observer makes of a modulation, the Cramer-Rao bounds and the costs left out."""
+    machine, gains = plant.machine, plant.gains
+    slips, speeds = _points(plant, wanted, frequency, shape)
+    rates = settling_rate(machine, gains, plant.flux, depth, frequency, speeds[:, None], slips, shape, plant.kind)
+    at = np.unravel_index(np.argmin(rates), rates.shape)
+    rate = float(rates[at])
+    bias = 0.0
+    if plant.kind not in QUIET:
+        bias = 2 * gains["g"] * (1 + machine.beta * machine.L_m) * wanted.noise**2 / rate if rate > 0 else math.inf
+    return Design(depth, float(frequency), rate, bias, math.nan, math.nan, math.nan, math.nan, math.nan, math.nan,
+                  (float(speeds[at[0]]), _torques(wanted)[int(at[1])]))
+
+
+def _settles(found: Design, wanted: Wanted) -> bool:
+    """Whether alpha_hat is close enough in the time."""
+    return wanted.start * math.exp(-found.rate * wanted.time) + found.bias <= _MARGIN * wanted.alpha
 
 
 def reaches(found: Design, wanted: Wanted) -> bool:
     """Whether a modulation reaches the accuracy in the time."""
-    settled = wanted.start * math.exp(-found.rate * wanted.time) + found.bias
-    return (settled <= _MARGIN * wanted.alpha and _CONFIDENCE * found.alpha_bound <= wanted.alpha
+    return (_settles(found, wanted) and _CONFIDENCE * found.alpha_bound <= wanted.alpha
             and _CONFIDENCE * found.omega_bound <= wanted.omega)
+
+
+def time_needed(found: Design, wanted: Wanted) -> float:
+    """The time in s after which a modulation reaches the accuracy; infinite where it never does."""
+    left = _MARGIN * wanted.alpha - found.bias
+    if left <= 0 or found.rate <= 0:
+        return math.inf
+    bound = max(found.alpha_bound / wanted.alpha, found.omega_bound / wanted.omega) * _CONFIDENCE
+    return max(math.log(max(wanted.start / left, 1.0)) / found.rate, wanted.time * bound * bound)
 
 
 def within(found: Design, wanted: Wanted) -> bool:
     """Whether a modulation keeps the limits."""
-    return found.current <= wanted.current_limit and found.voltage <= wanted.voltage_limit and found.depth <= wanted.depth_limit
+    return all(limit.used(found) <= limit.value(wanted) for limit in LIMITS)
 
 
-def design(machine: InductionMachine, gains: Mapping[str, float], flux: float, wanted: Wanted, *, squares_noise: bool,
-           frequencies: Sequence[float] = tuple(np.geomspace(2, 200, 25)), drive: Drive | None = None,
-           ) -> tuple[Design, list[Design]]:
+def design(plant: Plant, wanted: Wanted, *, frequencies: Sequence[float] = FREQUENCIES) -> tuple[Design, list[Design]]:
     """The modulation with the least added loss that reaches the accuracy within the limits.
 
     Parameters
     ----------
-    gains : mapping
-        Of a repaired or quiet observer: k_1, kappa, k_3, g.
-    flux : float
-        Mean rotor flux in Wb.
-    squares_noise : bool
-        Whether the alpha law multiplies the noise with itself, as (9) does.
+    plant : Plant
+        With an observer of one of `settling.KINDS`. Its drive makes every waveform of `simulation.waveforms` possible, as its
+        loops let the flux follow; without a drive the flux itself is a cosine.
     frequencies : sequence of float
         Tried, in rad/s.
-    drive : Drive, optional
-        Makes every waveform of `simulation.waveforms` possible, as its loops let the flux follow; without it the flux itself
-        is a cosine.
 
     Returns
     -------
@@ -256,38 +276,80 @@ def design(machine: InductionMachine, gains: Mapping[str, float], flux: float, w
     Raises
     ------
     InputError
-        If nothing reaches the accuracy within the limits.
+        If nothing reaches the accuracy within the limits; it says which limit, and what would be possible.
     """
-    found = []
-    for waveform in WAVES if drive else ("sine",):
+    found, deepest = search(plant, wanted, frequencies)
+    return choose(found, deepest, wanted), found
+
+
+def search(plant: Plant, wanted: Wanted, frequencies: Sequence[float] = FREQUENCIES) -> tuple[list[Design], list[Design]]:
+    """Whatever the limits: the smallest depth for each waveform and frequency, and the deepest where none does."""
+    if plant.kind not in KINDS:
+        raise InputError(f"observer kind {plant.kind!r} has no design; choose one of: {', '.join(KINDS)}")
+    found, deepest = [], []
+    for waveform in WAVES if plant.drive else ("sine",):
         for frequency in frequencies:
-            shape = shape_of(waveform, frequency, drive, machine.alpha) if drive else COSINE
-            depth = _smallest_depth(machine, gains, flux, frequency, wanted, squares_noise, shape)
+            shape = plant.shape(waveform, frequency)
+            most = min(_DEEPEST, _DEEPEST_REFERENCE / shape.reference)
+            depth = _smallest_depth(plant, wanted, frequency, shape, most)
             if depth is not None:
-                found.append(assess(machine, gains, flux, depth, frequency, wanted, squares_noise, shape, waveform))
+                found.append(assess(plant, wanted, depth, frequency, waveform))
+            else:
+                deepest.append(_accuracy(plant, wanted, most, frequency, shape))
+    return found, deepest
+
+
+def choose(found: Sequence[Design], deepest: Sequence[Design], wanted: Wanted) -> Design:
+    """The one of least loss within the limits; what `design` raises if there is none."""
     allowed = [one for one in found if within(one, wanted)]
     if not allowed:
-        why = ("none keeps the limits of current and voltage" if found else
-               f"no depth up to {wanted.depth_limit:g} with a reference above 0 does")
-        raise InputError(f"no flux modulation reaches alpha within {wanted.alpha:g} /s in {wanted.time:g} s: {why}; "
-                         "ask for less accuracy, more time or higher gain g")
-    return min(allowed, key=lambda one: one.loss), found
+        asked = f"alpha within {wanted.alpha:g} /s and omega within {wanted.omega:g} rad/s in {wanted.time:g} s"
+        raise InputError(f"no flux modulation reaches {asked}: {_what_is_possible(found, deepest, wanted)}")
+    return min(allowed, key=lambda one: one.loss)
 
 
-def _smallest_depth(machine: InductionMachine, gains: Mapping[str, float], flux: float, frequency: float, wanted: Wanted,
-                    squares_noise: bool, shape: Shape) -> float | None:
-    """By bisection, to 1e-5 of the limit; None where the limit does not reach the accuracy.
+def _what_is_possible(found: Sequence[Design], deepest: Sequence[Design], wanted: Wanted) -> str:
+    """Which limit is in the way, its value, and the least that would do."""
+    if not found:
+        time = min((time_needed(one, wanted) for one in deepest), default=math.inf)
+        if math.isfinite(time):
+            return (f"the deepest ones, of {100 * _DEEPEST:g} % or with a reference above 0, need {time:.3g} s; allow that, or "
+                    "less accuracy")
+        return "not even in a long time, for noise leaves alpha_hat further off; ask for less accuracy, or use a quiet observer"
+    for limit in LIMITS:
+        least = min(limit.used(one) for one in found)
+        if least > limit.value(wanted):
+            return (f"the limit of {limit.name} is {limit.said(limit.value(wanted))}, the least that does it needs "
+                    f"{limit.said(least)}; raise it, or ask for less accuracy or more time")
+    for limit in reversed(LIMITS):
+        free: dict[str, Any] = {limit.wanted: math.inf}
+        others = replace(wanted, **free)
+        kept = [limit.used(one) for one in found if within(one, others)]
+        if kept:
+            return (f"the limit of {limit.name} is {limit.said(limit.value(wanted))}, and within the other limits the least "
+                    f"that does it needs {limit.said(min(kept))}; raise one of them, or ask for less accuracy or more time")
+    return "each limit can be kept, but no two of them together; raise them, or ask for less accuracy or more time"
 
-    The limit is the wanted one, or where the flux follows so little that the reference would come down to zero.
-    """
+
+def _smallest_depth(plant: Plant, wanted: Wanted, frequency: float, shape: Shape, most: float) -> float | None:
+    """By bisection, to 1e-5 of ``most``; None where that does not reach the accuracy."""
+    def settles(depth: float) -> bool:
+        return _settles(_settling(plant, wanted, depth, frequency, shape), wanted)
+
     def enough(depth: float) -> bool:
-        return reaches(_accuracy(machine, gains, flux, depth, frequency, wanted, squares_noise, shape), wanted)
+        return reaches(_accuracy(plant, wanted, depth, frequency, shape), wanted)
 
-    limit = min(wanted.depth_limit, _DEEPEST_REFERENCE / shape.reference)
-    low, high = 0.0, limit
-    if not enough(high):
+    if not settles(most):
         return None
-    while high - low > 1e-5 * limit:
+    depth = _bisected(settles, most)
+    if enough(depth):
+        return depth
+    return _bisected(enough, most) if enough(most) else None
+
+
+def _bisected(enough: Callable[[float], bool], most: float) -> float:
+    low, high = 0.0, most
+    while high - low > 1e-5 * most:
         middle = (low + high) / 2
         low, high = (low, middle) if enough(middle) else (middle, high)
     return high
@@ -300,67 +362,3 @@ def cheapest_by_waveform(found: Sequence[Design], wanted: Wanted) -> list[Design
         if within(one, wanted) and (one.waveform not in best or one.loss < best[one.waveform].loss):
             best[one.waveform] = one
     return sorted(best.values(), key=lambda one: one.loss)
-
-
-def modulated_study(study: Study, found: Design) -> Study:
-    """The study with the modulation in its drive, the reference as large as the drive's loops need it."""
-    shape = shape_of(found.waveform, found.frequency, study.drive, study.machine.alpha)
-    return study.changed({"drive.flux_modulation": found.depth * study.drive.flux * shape.reference,
-                          "drive.flux_modulation_frequency": found.frequency, "drive.flux_waveform": found.waveform})
-
-
-@dataclass(frozen=True)
-class Check:
-    """A design in closed loop at one speed and load, late on.
-
-    Attributes
-    ----------
-    omega, torque : float
-        The operating point, rad/s and N m.
-    alpha_error, alpha_deviation, omega_error, omega_deviation : float
-        Mean and deviation of the errors of alpha_hat (1/s) and omega_hat (rad/s).
-    torque_ripple, torque_ripple_before : float
-        Deviation of the torque in N m, with and without the modulation.
-    loss : float
-        Mean copper loss that the modulation added, in W.
-    """
-
-    omega: float
-    torque: float
-    alpha_error: float
-    alpha_deviation: float
-    omega_error: float
-    omega_deviation: float
-    torque_ripple: float
-    torque_ripple_before: float
-    loss: float
-
-
-def verify(study: Study, found: Design, wanted: Wanted, observer: str) -> list[Check]:
-    """Simulate the design with noise at each speed and load of the range, and look at the whole periods of the next second."""
-    from imo_analysis.simulation.run import simulate
-
-    period = 2 * math.pi / found.frequency
-    late = slice(wanted.time, wanted.time + max(1, int(1.0 / period)) * period)
-    rows = []
-    for omega in wanted.speeds:
-        for torque in wanted.torques:
-            plain = study.only([observer]).changed({
-                "sensors.current_noise": wanted.noise, "reference.shape": "steps", "reference.time": [0.0],
-                "reference.omega": [omega], "load.shape": "steps", "load.time": [0.0], "load.T_l": [torque],
-                "simulation.duration": late.stop + 1e-3})
-            run = simulate(modulated_study(plain, found)).sel(observer=observer, time=late)
-            before = simulate(plain).sel(time=late)
-            alpha = (run["alpha_hat"] - study.machine.alpha).values
-            speed = (run["omega_hat"] - run["omega"]).values
-            rows.append(Check(omega, torque, float(alpha.mean()), float(alpha.std()), float(speed.mean()), float(speed.std()),
-                              float(run["torque"].std()), float(before["torque"].std()),
-                              _copper_loss(study.machine, run) - _copper_loss(study.machine, before)))
-    return rows
-
-
-def _copper_loss(machine: InductionMachine, run: Any) -> float:
-    """Mean loss in stator and rotor, in W."""
-    stator = run["i_ds"].values + 1j * run["i_qs"].values
-    rotor = (run["phi_dr"].values + 1j * run["phi_qr"].values - machine.L_m * stator) / machine.L_r
-    return float(1.5 * np.mean(machine.R_s * np.abs(stator) ** 2 + machine.R_r * np.abs(rotor) ** 2))

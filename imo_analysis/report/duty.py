@@ -36,23 +36,34 @@ class DutyRow:
 
 @dataclass(frozen=True)
 class Duty:
-    """The run's length, its pause, a row for each of `SHOWN`, and the figure."""
+    """The run's length, its pause, a row for each of `SHOWN`, and the figure; for the supervisor's threshold see `Threshold`.
+
+    ``rest`` (1/s) is what noise may move alpha_hat by, ``opens`` the gate that the modulation must reach.
+    """
 
     duration: float
     pause: tuple[float, float]
     noise: float
     rows: list[DutyRow]
     figure: Drawn
+    S_0: float
+    floor: float
+    least: float
+    most: float
+    rest: float
+    opens: float
 
 
 def duty(study: Study, found: Design, folder: Path) -> Duty | None:
     """Simulate `DURATION` of mixed duty with a designed modulation that pauses; None where the study lacks the observers."""
-    from imo_analysis.excitation.duty import mixed_duty
+    from imo_analysis.excitation.duty import REST, mixed_duty, supervisor_threshold
+    from imo_analysis.excitation.supervision import OPEN
     from imo_analysis.simulation.run import simulate
 
     pause = (DURATION / 3, DURATION * 2 / 3)
     try:
-        mixed = mixed_duty(study, DURATION, noise=NOISE, depth=found.depth, frequency=found.frequency, off=pause)
+        mixed = mixed_duty(study, DURATION, noise=NOISE, depth=found.depth, frequency=found.frequency,
+                           waveform=found.waveform, off=pause)
     except InputError:
         return None
     run = simulate(mixed.only(list(SHOWN)))
@@ -64,15 +75,17 @@ def duty(study: Study, found: Design, folder: Path) -> Duty | None:
         rows.append(DutyRow(
             name, float(np.abs(one.sel(time=slice(SETTLED, pause[0]))).max()), float(lost[-1]), float(np.ptp(lost)),
             float(np.abs(one.sel(time=slice(pause[1] + SETTLED, None))).max())))
+    gains = mixed.observers["supervised"].gains
+    found_at = supervisor_threshold(study, gains, NOISE, DURATION, found.depth, found.frequency, found.waveform)
+    S_0 = gains["S_0"]
     caption = (f"The estimate of alpha over {DURATION:g} s of random speeds and loads with {NOISE:g} A of noise; the flux is "
                f"modulated, but not from {pause[0]:g} to {pause[1]:g} s. Below: what the supervisor sees, and its threshold.")
-    return Duty(DURATION, pause, NOISE, rows, keep(folder, "duty", _drawn(run, study.machine.alpha, pause), caption))
+    drawn = keep(folder, "duty", _drawn(run, study.machine.alpha, S_0, pause), caption)
+    return Duty(DURATION, pause, NOISE, rows, drawn, S_0, found_at.floor, found_at.least, found_at.most, REST, OPEN)
 
 
 @in_style
-def _drawn(run: Any, alpha: float, pause: tuple[float, float]) -> Figure:
-    from imo_analysis.excitation.duty import SUPERVISOR
-
+def _drawn(run: Any, alpha: float, S_0: float, pause: tuple[float, float]) -> Figure:
     figure, (above, below) = new_figure(2, 1, height=4.3, sharex=True, gridspec_kw={"height_ratios": [2, 1]})
     thin = run.isel(time=slice(None, None, max(1, run.sizes["time"] // 1500)))
     for name in SHOWN:
@@ -80,7 +93,7 @@ def _drawn(run: Any, alpha: float, pause: tuple[float, float]) -> Figure:
     above.axhline(alpha, color=LIMIT.color, linestyle=LIMIT.linestyle, linewidth=1.0, label="true value")
     above.set_ylabel(r"$\hat{\alpha}$ (1/s)")
     below.semilogy(thin["time"], np.maximum(thin["S"].sel(observer="supervised"), 1e-2), **line("supervised").kwargs())
-    below.axhline(SUPERVISOR["S_0"], color=LIMIT.color, linestyle=LIMIT.linestyle, linewidth=1.0)
+    below.axhline(S_0, color=LIMIT.color, linestyle=LIMIT.linestyle, linewidth=1.0)
     below.set_ylabel(r"$S$ (A$^2$)")
     below.set_xlabel("time (s)")
     for axes in (above, below):

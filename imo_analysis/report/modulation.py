@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,17 +16,21 @@ from imo_analysis.study import Study
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from imo_analysis.excitation.design import Check, Design, Wanted
+    from imo_analysis.excitation.design import Design, Wanted
+    from imo_analysis.excitation.design_check import Check
 
-KINDS = ("repaired", "quiet")  # the observers whose alpha_hat settles, and for which a design is known
 ACCURACY = (0.3, 2.0)  # of alpha in 1/s and omega in rad/s: the defaults of imo excite --design, like all that follow
 WITHIN, NOISE = 5.0, 0.1  # s, A
 TORQUES = (0.0, 5.0)  # N m
+TORQUE_LIMIT = 0.05  # N m, half the swing: a hundredth of that load
 
 
 @dataclass(frozen=True)
 class Modulation:
-    """A design for one observer with its check in closed loop; ``refused`` says why there is none."""
+    """A design for one observer with its check in closed loop; ``refused`` says why there is none.
+
+    ``floquet_rate`` is the decay (1/s) at the design's slowest point, by another way.
+    """
 
     observer: str
     wanted: Wanted | None
@@ -35,11 +40,14 @@ class Modulation:
     waveforms: list[Design]
     duty: Duty | None
     refused: str = ""
+    floquet_rate: float = math.nan
 
 
 def modulation(study: Study, folder: Path) -> Modulation | None:
-    """Design, simulate with noise and draw; None where the study has no observer of `KINDS`."""
-    from imo_analysis.excitation.design import Wanted, cheapest_by_waveform, design, verify
+    """Design, simulate with noise and draw; None where the study has no observer that a design is known for."""
+    from imo_analysis.excitation.design import Wanted, cheapest_by_waveform, design
+    from imo_analysis.excitation.design_check import plant_of, slowest_rate, verify
+    from imo_analysis.excitation.settling import KINDS
 
     names = [name for name, settings in study.observers.items() if settings.kind in KINDS]
     if not names or study.drive.flux_modulation > 0:
@@ -49,22 +57,24 @@ def modulation(study: Study, folder: Path) -> Modulation | None:
     start = abs(settings.initial.get("alpha_hat", machine.alpha) - machine.alpha)
     speeds = tuple(study.poles.omega)
     wanted = Wanted(*ACCURACY, WITHIN, start, speeds, TORQUES, NOISE, current_limit=study.drive.current_limit,
-                    voltage_limit=study.drive.voltage_limit)
+                    voltage_limit=study.drive.voltage_limit, torque_limit=TORQUE_LIMIT, step=study.simulation.sample_time)
+    plant = plant_of(study, name)
     try:
-        found, tried = design(machine, settings.gains, study.drive.flux, wanted, squares_noise=settings.kind == "repaired",
-                              drive=study.drive)
+        found, tried = design(plant, wanted)
     except InputError as error:
         return Modulation(name, wanted, None, [], None, [], None, str(error))
+    exact = slowest_rate(plant, found)
     checks = verify(study, found, wanted, name)
     caption = (f"The estimate of alpha of `{name}` with {NOISE:g} A of noise and steps of the speed, with and without the "
                "designed modulation.")
     drawn = keep(folder, "modulation", _drawn(study, found, name), caption)
-    return Modulation(name, wanted, found, checks, drawn, cheapest_by_waveform(tried, wanted), duty(study, found, folder))
+    return Modulation(name, wanted, found, checks, drawn, cheapest_by_waveform(tried, wanted), duty(study, found, folder),
+                      floquet_rate=exact)
 
 
 def _drawn(study: Study, found: Any, name: str) -> Figure:
     """Simulate steps between the speeds of the range, without and with the modulation, and draw alpha_hat."""
-    from imo_analysis.excitation.design import modulated_study
+    from imo_analysis.excitation.design_check import modulated_study
     from imo_analysis.simulation.run import simulate
 
     speeds = [*study.poles.omega, study.poles.omega[0]]

@@ -2,6 +2,8 @@
 
 import json
 import math
+import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,43 +12,97 @@ from synthetic import MACHINE
 from imo_analysis.cli import main
 from imo_analysis.errors import InputError
 from imo_analysis.excitation import design as d
+from imo_analysis.excitation.design_check import modulated_study, plant_of, verify
+from imo_analysis.excitation.settling import settling_rate
+from imo_analysis.excitation.swing import costs
 from imo_analysis.study import Study
 
 GAINS = {"k_1": 300.0, "kappa": 50.0, "k_3": 100.0, "g": 1.0, "K_p": 100.0}
 WANTED = d.Wanted(0.3, 2.0, 5.0, 3.3, (20.0, 100.0), (0.0, 5.0), 0.1)
+REPAIRED, QUIET = (d.Plant(MACHINE, kind, GAINS, 0.5307) for kind in ("repaired", "quiet"))
+DRIVEN = d.Plant(MACHINE, "repaired", GAINS, 0.5307, Study.paper().drive)
+
+
+@pytest.fixture(scope="module")
+def searched():
+    """All that reaches, whatever the limits."""
+    return d.search(DRIVEN, WANTED)
 
 
 def test_the_design_is_the_smallest_that_reaches():
-    best, every = d.design(MACHINE, GAINS, 0.5307, WANTED, squares_noise=True)
+    best, every = d.design(REPAIRED, WANTED)
     assert d.reaches(best, WANTED) and best.loss == min(one.loss for one in every)
-    smaller = d.assess(MACHINE, GAINS, 0.5307, 0.99 * best.depth, best.frequency, WANTED, True)
+    smaller = d.assess(REPAIRED, WANTED, 0.99 * best.depth, best.frequency)
     assert not d.reaches(smaller, WANTED)
 
 
-def test_a_law_without_the_square_of_the_noise_needs_less():
-    with_square, _ = d.design(MACHINE, GAINS, 0.5307, WANTED, squares_noise=True)
-    without, _ = d.design(MACHINE, GAINS, 0.5307, WANTED, squares_noise=False)
-    assert without.depth < with_square.depth and without.loss < with_square.loss and without.bias == 0
+def test_a_law_without_the_square_of_the_noise_rests_closer_but_settles_slower():
+    both = [d.assess(plant, WANTED, 0.0158, 136.3) for plant in (REPAIRED, QUIET)]
+    assert both[1].bias == 0 < both[0].bias and both[1].rate < both[0].rate
 
 
-def test_impossible_wishes_are_said():
-    with pytest.raises(InputError, match="no depth up to"):
-        d.design(MACHINE, GAINS, 0.5307, d.Wanted(1e-6, 2, 0.1, 3.3, (20.0,), (0.0,), 0.1), squares_noise=False)
-    with pytest.raises(InputError, match="limits of current and voltage"):
-        tight = d.Wanted(0.3, 2, 5.0, 3.3, (20.0,), (0.0,), 0.1, current_limit=8.9)
-        d.design(MACHINE, GAINS, 0.5307, tight, squares_noise=False)
+def test_what_was_searched_is_every_waveform(searched):
+    """No waveform beats the design, each at its own best frequency."""
+    best = d.choose(*searched, WANTED)
+    cheapest = d.cheapest_by_waveform(searched[0], WANTED)
+    assert {one.waveform for one in cheapest} == {"sine", "triangle", "square", "two_tone"} and cheapest[0] == best
+    assert len({round(one.frequency, 6) for one in searched[0] if one.waveform == "square"}) > 10
+
+
+@pytest.mark.parametrize(("limit", "value"), [("depth_limit", 0.012), ("current_limit", 11.2), ("voltage_limit", 58.85),
+                                              ("torque_limit", 0.004)])
+def test_a_limit_binds(limit, value, searched):
+    """It excludes the design that is best without it, and what is found keeps it at a higher loss."""
+    one = replace(WANTED, **{limit: value})
+    free, kept = (d.choose(*searched, wanted) for wanted in (WANTED, one))
+    assert not d.within(free, one) and d.within(kept, one) and kept.loss > free.loss
+
+
+@pytest.mark.parametrize(("limit", "value", "says"), [
+    ("depth_limit", 0.01, "limit of flux is 1 %"), ("current_limit", 8.9, "limit of current is 8.9 A"),
+    ("voltage_limit", 40.0, "limit of voltage is 40 V"), ("torque_limit", 1e-5, "limit of torque is 1e-05 N m")])
+def test_a_limit_that_cannot_be_kept_says_what_could(limit, value, says, searched):
+    free = replace(WANTED, depth_limit=0.5)  # so that one limit at a time is in the way
+    with pytest.raises(InputError, match=says) as error:
+        d.choose(*searched, replace(free, **{limit: value}))
+    least = float(re.search(r"needs ([0-9.e-]+) ", str(error.value))[1]) / (100.0 if limit == "depth_limit" else 1.0)
+    assert d.choose(*searched, replace(free, **{limit: least}))  # what it says is possible, and no less is
+    with pytest.raises(InputError, match="limit of"):
+        d.choose(*searched, replace(free, **{limit: 0.985 * least}))
+
+
+def test_limits_that_exclude_each_other_say_so(searched):
+    with pytest.raises(InputError, match="within the other limits the least that does it needs"):
+        d.choose(*searched, replace(WANTED, torque_limit=0.004, depth_limit=0.015))
+
+
+def test_too_short_a_time_says_how_long_it_takes():
+    with pytest.raises(InputError, match="the deepest ones") as error:
+        d.design(QUIET, replace(WANTED, time=0.001), frequencies=(2.0, 5.0))
+    time = float(re.search(r"need ([0-9.e-]+) s", str(error.value))[1])
+    assert d.design(QUIET, replace(WANTED, time=1.01 * time, depth_limit=0.5), frequencies=(2.0, 5.0))
+    with pytest.raises(InputError, match="noise leaves alpha_hat further off"):
+        d.design(REPAIRED, replace(WANTED, noise=30.0), frequencies=(2.0, 5.0))
+
+
+def test_the_range_is_looked_at_between_its_ends():
+    """At omega = frequency the lower sideband stands still and tells nothing: the ends alone would not see it."""
+    wide = replace(WANTED, speeds=(40.0, 100.0))
+    found = d.assess(QUIET, wide, 0.03, 70.0)
+    at_ends = settling_rate(MACHINE, GAINS, 0.5307, 0.03, 70.0, [40.0, 100.0], 0.0, kind="quiet")
+    assert found.slowest[0] == pytest.approx(70.0, abs=4.0) and found.rate < 0.7 * at_ends.min()
 
 
 def test_costs_by_hand_at_standstill_of_the_modulation():
     """No modulation costs nothing, and the peaks are those of the steady state."""
-    current, voltage, loss = d.costs(MACHINE, 0.5307, 0.0, 30.0, 50.0, 0.0)
+    current, voltage, loss = costs(MACHINE, 0.5307, 0.0, 30.0, 50.0, 0.0)
     i = 0.5307 / MACHINE.L_m
     u = abs(MACHINE.R_s * i + 1j * 50.0 * MACHINE.sigma * (i + MACHINE.beta * 0.5307))
     assert (current, voltage, loss) == pytest.approx((i, u, 0.0), rel=1e-9, abs=1e-9)
 
 
 def test_modulation_loss_grows_with_the_square_of_the_depth():
-    one, two = (d.costs(MACHINE, 0.5307, depth, 30.0, 50.0, 0.0)[2] for depth in (0.01, 0.02))
+    one, two = (costs(MACHINE, 0.5307, depth, 30.0, 50.0, 0.0)[2] for depth in (0.01, 0.02))
     assert two == pytest.approx(4 * one, rel=1e-3)
 
 
@@ -56,12 +112,12 @@ def test_the_settling_rate_and_the_rest_of_the_noise_in_closed_loop():
     from imo_analysis.simulation.run import simulate
 
     study = Study.paper().only(["repaired"])
-    found = d.assess(MACHINE, GAINS, 0.5307, 0.0158, 136.3, WANTED, True)
-    quietly = d.modulated_study(study, found).changed({
+    found = d.assess(REPAIRED, WANTED, 0.0158, 136.3)
+    quietly = modulated_study(study, found).changed({
         "reference.time": [0.0], "reference.omega": [50.0], "simulation.duration": 6.0, "drive.speed_bandwidth": 20.0})
     error = simulate(quietly).alpha_hat.sel(observer="repaired") - MACHINE.alpha
     early, late = (float(error.sel(time=slice(t, t + 0.5)).mean()) for t in (1.0, 2.5))
-    rate = d.settling_rate(MACHINE, GAINS, 0.5307, 0.0158, 136.3, 50.0)
+    rate = settling_rate(MACHINE, GAINS, 0.5307, 0.0158, 136.3, 50.0)
     assert math.log(early / late) / 1.5 == pytest.approx(rate, rel=0.15)
     noisy = simulate(quietly.changed({"sensors.current_noise": 0.1, "simulation.duration": 24.0}))  # 20 s: 26 time constants
     rest = float((noisy.alpha_hat.sel(observer="repaired", time=slice(4, None)) - MACHINE.alpha).mean())
@@ -104,58 +160,58 @@ def test_waveforms_are_their_lines():
 
 def test_a_sine_by_the_drive_costs_what_a_cosine_does():
     """The phase of the flux cannot matter, and the reference is larger than the flux by the lag of the loops."""
-    drive = Study.paper().drive
-    shape = d.shape_of("sine", 136.3, drive, MACHINE.alpha)
-    by_drive = d.assess(MACHINE, GAINS, 0.5307, 0.0158, 136.3, WANTED, True, shape)
-    alone = d.assess(MACHINE, GAINS, 0.5307, 0.0158, 136.3, WANTED, True)
+    by_drive, alone = (d.assess(plant, WANTED, 0.0158, 136.3) for plant in (DRIVEN, REPAIRED))
     for name in ("rate", "bias", "alpha_bound", "omega_bound", "current", "voltage", "loss"):
         assert getattr(by_drive, name) == pytest.approx(getattr(alone, name), rel=2e-3), name
-    assert shape.reference == pytest.approx(math.hypot(1, 136.3 / drive.flux_bandwidth), rel=0.01)
+    shape = DRIVEN.shape("sine", 136.3)
+    assert shape.reference == pytest.approx(math.hypot(1, 136.3 / DRIVEN.drive.flux_bandwidth), rel=0.01)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("waveform", ["triangle", "square", "two_tone"])
 def test_the_flux_follows_a_waveform_as_predicted(waveform):
-    """Peak of the flux swing, loss and rate of a waveform in closed loop, under load."""
+    """Peak of the flux swing, loss and torque ripple of a waveform in closed loop, under load."""
     study = Study.paper().only(["repaired"])
-    found = d.assess(MACHINE, GAINS, 0.5307, 0.02, 60.0, WANTED, True,
-                     d.shape_of(waveform, 60.0, study.drive, MACHINE.alpha), waveform)
+    quiet_wanted = d.Wanted(0.3, 2.0, 5.0, 3.3, (50.0,), (5.0,), 1e-9)
+    found = d.assess(DRIVEN, quiet_wanted, 0.02, 60.0, waveform)
     from imo_analysis.simulation.run import simulate
 
-    run = simulate(d.modulated_study(study, found).changed({
+    run = simulate(modulated_study(study, found).changed({
         "reference.time": [0.0], "reference.omega": [50.0], "load.T_l": [5.0], "simulation.duration": 4.0}))
     late = run.sel(time=slice(3, 3 + 9 * 2 * math.pi / 60))
     psi = np.hypot(late.phi_dr, late.phi_qr)
     assert float(psi.max() - psi.min()) / 2 == pytest.approx(0.02 * 0.5307, rel=0.03)
-    quiet_wanted = d.Wanted(0.3, 2.0, 5.0, 3.3, (50.0,), (5.0,), 1e-9)
-    check = d.verify(study, found, quiet_wanted, "repaired")[0]
+    check = next(one for one in verify(study, found, quiet_wanted, "repaired") if one.omega == 50.0)
     assert check.loss == pytest.approx(found.loss, rel=0.03)
+    assert 0.6 * found.ripple < check.ripple < found.ripple
 
 
-@pytest.mark.slow
 def test_a_reference_that_would_pass_zero_is_no_design():
     """Gains for the paper's machine, on one with seven times the inductance: only a reference below zero would do."""
     own = {"n_p": 2, "R_s": 7.5, "R_r": 5.6, "L_m": 0.42, "L_s": 0.445, "L_r": 0.445, "J": 0.003}
     study = Study.from_data({**Study.paper().data, "machine": own})
-    gains = study.observers["repaired"].gains
     wanted = d.Wanted(0.3, 2.0, 5.0, abs(6.6 - study.machine.alpha), (30.0, 60.0, 100.0), (0.0, 5.0), 0.1)
-    fast = d.shape_of("sine", 200.0, study.drive, study.machine.alpha)
-    alone = d._accuracy(study.machine, gains, study.drive.flux, wanted.depth_limit, 200.0, wanted, True, fast)
-    assert d.reaches(alone, wanted) and wanted.depth_limit * fast.reference > 1
-    with pytest.raises(InputError, match="with a reference above 0 does"):
-        d.design(study.machine, gains, study.drive.flux, wanted, squares_noise=True, frequencies=(60.0, 200.0),
-                 drive=study.drive)
+    plant = plant_of(study, "repaired")
+    most = 0.95 / plant.shape("sine", 200.0).reference
+    assert most < 0.2 and not d.reaches(d.assess(plant, wanted, most, 200.0), wanted)
+    assert d.reaches(d.assess(plant, wanted, 0.2, 200.0), wanted)
+    with pytest.raises(InputError, match="reference above 0"):
+        d.design(plant, wanted, frequencies=(60.0, 200.0))
 
 
 def test_command(capsys):
     assert main(["excite", "--design", "paper", "--json", "-"]) == 0
     data = json.loads(capsys.readouterr().out)
-    assert data["schema"] == "imo-excitation-design/1" and data["reached"] and data["observer"] == "repaired"
+    assert data["schema"] == "imo-excitation-design/2" and data["reached"] and data["observer"] == "repaired"
+    assert data["wanted"]["torque_limit"] is None and data["floquet_rate"] == pytest.approx(data["design"]["rate"], rel=0.1)
     assert 0.005 < data["design"]["depth"] < 0.05
     assert {one["waveform"] for one in data["waveforms"]} == {"sine", "triangle", "square", "two_tone"}
     assert data["design"]["loss"] == min(one["loss"] for one in data["waveforms"])
     for one in data["closed_loop"]:
         assert one["loss"] == pytest.approx(data["design"]["loss"], rel=0.05) and abs(one["alpha_error"]) < 0.3
+    loaded = max(one["ripple"] for one in data["closed_loop"])
+    assert 0.7 * data["design"]["ripple"] < loaded < 1.05 * data["design"]["ripple"] < min(
+        one["noise_torque"] for one in data["closed_loop"])
 
 
 @pytest.mark.parametrize(
@@ -166,6 +222,10 @@ def test_command(capsys):
         (["--design", "paper", "--within", "0"], "must be above 0"),
         (["--design", "paper", "--observer", "baseline"], "must be one observer"),
         (["--design", "none.toml"], "cannot read"),
+        (["--design", "paper", "--limit", "flux=0.5"], "the limit of flux is 0.5 %, the least that does it needs"),
+        (["--design", "paper", "--limit", "torque"], "must be one of flux=X (%), torque=X (N m)"),
+        (["--design", "paper", "--limit", "power=1"], "must be one of flux=X (%), torque=X (N m)"),
+        (["--design", "paper", "--limit", "flux=-1"], "X above 0"),
         ([], "a run file is needed"),
     ],
 )

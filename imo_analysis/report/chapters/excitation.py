@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from imo_analysis.excitation.conditions import CONDITIONS
+from imo_analysis.excitation.design import LIMITS
 from imo_analysis.excitation.variations import Variation
 from imo_analysis.paper.statements import ALPHA_FIGURE, ALPHA_FINAL
 from imo_analysis.report.duty import EDGE, Duty
@@ -135,41 +136,45 @@ def _cure(cured: Modulation | None) -> list[Html]:
     if cured.design is None or cured.wanted is None:
         return [head, answer(typeset(cured.refused))]
     found, wanted = cured.design, cured.wanted
-    speeds, torques = (", ".join(f"{value:g}" for value in values) for values in (wanted.speeds, wanted.torques))
     rows = [
-        (f"{one.omega:g}", f"{one.torque:g}", f"{one.alpha_error:+.3f} ± {one.alpha_deviation:.3f}".replace("-", "−"),
-         f"{one.omega_error:+.3f} ± {one.omega_deviation:.3f}".replace("-", "−"), f"{one.torque_ripple_before:.3f}",
-         f"{one.torque_ripple:.3f}", f"{one.loss:.2f}")
+        (f"{one.omega:.4g}", f"{one.torque:.3g}", f"{one.alpha_error:+.3f} ± {one.alpha_deviation:.3f}".replace("-", "−"),
+         f"{one.omega_error:+.3f} ± {one.omega_deviation:.3f}".replace("-", "−"), f"{one.ripple:.4f}",
+         f"{one.noise_torque:.3f}", f"{one.loss:.2f}")
         for one in cured.checks
     ]
-    reached = all(abs(one.alpha_error) <= wanted.alpha and abs(one.omega_error) <= wanted.omega for one in cured.checks)
+    reached = all(one.keeps(wanted) for one in cured.checks)
     columns = ("speed (rad/s)", "load (N m)", r"$\hat{\alpha} - \alpha$ (1/s)", r"$\hat{\omega} - \omega$ (rad/s)",
-               "torque ripple before (N m)", "torque ripple (N m)", "added loss (W)")
+               "torque ripple of the modulation (N m)", "torque noise without it (N m)", "added loss (W)")
     waveforms = [
         (typeset(one.waveform.replace("_", " ")), f"{100 * one.depth:.3g}", f"{one.frequency:.4g}", f"{one.loss:.3g}",
-         f"{one.current:.3g}", f"{one.voltage:.3g}")
+         f"{one.ripple:.2g}", f"{one.current:.3g}", f"{one.voltage:.3g}")
         for one in cured.waveforms
     ]
-    kinds = ("reference", "depth of the flux (%)", "frequency (rad/s)", "added loss (W)", "peak current (A)",
-             "peak voltage (V)")
+    kinds = ("reference", "depth of the flux (%)", "frequency (rad/s)", "added loss (W)", "torque ripple (N m)",
+             "peak current (A)", "peak voltage (V)")
     return [
         head,
         prose(
             f"""
 A flux magnitude that swings separates speed and alpha. Asked for: alpha within {wanted.alpha:g} /s and speed within
-{wanted.omega:g} rad/s after {wanted.time:g} s, at {speeds} rad/s and {torques} N m, with {wanted.noise:g} A of noise on every
-current sample, within the drive's limits of current and voltage. The cheapest modulation that does it for `{cured.observer}`:
+{wanted.omega:g} rad/s after {wanted.time:g} s, all over {min(wanted.speeds):g} to {max(wanted.speeds):g} rad/s and
+{min(wanted.torques):g} to {max(wanted.torques):g} N m, with {wanted.noise:g} A of noise on every current sample, within limits
+of flux, torque ripple (half its swing), current and voltage. The cheapest modulation that does it for `{cured.observer}`:
 """
         ),
         answer(
             f"{100 * found.depth:.3g} % of the flux at {found.frequency:.4g} rad/s, a {found.waveform.replace('_', ' ')} "
-            f"of the reference. It costs {found.loss:.3g} W of copper loss "
-            f"with peaks of {found.current:.3g} A and {found.voltage:.3g} V. The error of the estimate of alpha then decays as "
-            f"exp(−{found.rate:.3g} t), t in s; the noise leaves it {found.bias:.3g} /s off. No unbiased estimate can have a "
-            f"standard deviation below {found.alpha_bound:.2g} /s and {found.omega_bound:.2g} rad/s there.",
-            "In closed loop with noise the accuracy is " + ("reached." if reached else "missed.")),
-        table(columns, rows, f"Simulated in closed loop, the second after {wanted.time:g} s", range(7)),
-        table(kinds, waveforms, "The cheapest modulation by waveform, as the drive's loops let the flux follow", range(1, 6)),
+            f"of the reference. It costs {found.loss:.3g} W of copper loss and uses "
+            f"{', '.join(limit.share(found, wanted) for limit in LIMITS)}. The error of the estimate of alpha then decays as "
+            f"exp(−{found.rate:.3g} t) or faster, t in s (slowest at {found.slowest[0]:.4g} rad/s, {found.slowest[1]:.3g} N m: "
+            f"there {cured.floquet_rate:.3g} 1/s by Floquet's multiplier); the noise leaves it {found.bias:.3g} /s off. No "
+            f"unbiased estimate can have a standard deviation below {found.alpha_bound:.2g} /s and "
+            f"{found.omega_bound:.2g} rad/s all over the range.",
+            "In closed loop the accuracy is " + ("reached within the limits." if reached else
+                                                 "missed, or the limit of torque.")),
+        table(columns, rows, f"Simulated in closed loop, the second after {wanted.time:g} s; the ripple is half the swing of "
+              "the torque in a run without noise, the torque noise a standard deviation", range(7)),
+        table(kinds, waveforms, "The cheapest modulation by waveform, as the drive's loops let the flux follow", range(1, 7)),
         *(figure(one.svg, one.caption, one.caption, one.file) for one in (cured.figure,) if one),
         tag("p", tag("code", "imo excite --design study.toml"), class_="note"),
         *_duty(cured.duty),
@@ -191,7 +196,11 @@ Noise on the measured current pulls the alpha of (9) down by $2 g (1 + \beta L_m
 back or its lower bound stops it. `supervised` adapts alpha along what the speed cannot explain, and only while a running Gram
 matrix of the regressors holds more of it than noise does: $S^4 / (S^4 + S_0^4)$ scales the law. Its proof is the ledger's
 `supervisor.decay`: with the gate open that of the observer without supervisor; with the gate closed V still falls wherever the
-regressor across is zero, and alpha stands still.
+regressor across is zero, and alpha stands still. The threshold follows from the noise: without excitation
+""" + rf"""the noise leaves S at {duty.floor:.2g} A² on average, and with $S_0$ at {duty.least:.3g} A² or above it moves the
+estimate by {duty.rest:g} /s at most over the run, on average (`supervisor.threshold`); the modulation opens the gate by
+{100 * duty.opens:g} % with $S_0$ at {duty.most:.3g} A² or below. Here $S_0$ = {duty.S_0:g} A², as many times above the one
+as below the other.
 """
         ),
         table(head, rows, rf"$\hat{{\alpha}} - \alpha$ in 1/s over {duty.duration:g} s of mixed duty, {duty.noise:g} A noise",

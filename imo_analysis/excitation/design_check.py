@@ -1,0 +1,107 @@
+"""A designed flux modulation in closed loop: simulated with noise for its accuracy and loss, without for its torque ripple."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from imo_analysis.excitation.bounds import slip_at
+from imo_analysis.excitation.design import Design, Plant, Wanted
+from imo_analysis.excitation.settling import floquet_rate
+from imo_analysis.excitation.swing import shape_of
+from imo_analysis.machine import InductionMachine
+
+if TYPE_CHECKING:
+    from imo_analysis.study import Study
+
+
+def plant_of(study: Study, observer: str) -> Plant:
+    """What a study's modulation acts on, for one of its observers."""
+    settings = study.observers[observer]
+    return Plant(study.machine, settings.kind, settings.gains, study.drive.flux, study.drive)
+
+
+def slowest_rate(plant: Plant, found: Design) -> float:
+    """The decay of the alpha error where the design is predicted to be the slowest, in 1/s, by Floquet's multiplier."""
+    omega, torque = found.slowest
+    shape = plant.shape(found.waveform, found.frequency)
+    return float(floquet_rate(plant.machine, plant.gains, plant.flux, found.depth, found.frequency, omega,
+                              slip_at(plant.machine, torque, plant.flux), shape, plant.kind)[0])
+
+
+def modulated_study(study: Study, found: Design) -> Study:
+    """The study with the modulation in its drive, the reference as large as the drive's loops need it."""
+    shape = shape_of(found.waveform, found.frequency, study.drive, study.machine.alpha)
+    return study.changed({"drive.flux_modulation": found.depth * study.drive.flux * shape.reference,
+                          "drive.flux_modulation_frequency": found.frequency, "drive.flux_waveform": found.waveform})
+
+
+@dataclass(frozen=True)
+class Check:
+    """A design in closed loop at one speed and load, late on.
+
+    Attributes
+    ----------
+    omega, torque : float
+        The operating point, rad/s and N m.
+    alpha_error, alpha_deviation, omega_error, omega_deviation : float
+        Mean and deviation of the errors of alpha_hat (1/s) and omega_hat (rad/s).
+    noise_torque : float
+        Deviation of the torque in N m that the noise makes without the modulation.
+    ripple : float
+        Half the swing of the torque in N m that the modulation makes without noise.
+    loss : float
+        Mean copper loss that the modulation added, in W.
+    """
+
+    omega: float
+    torque: float
+    alpha_error: float
+    alpha_deviation: float
+    omega_error: float
+    omega_deviation: float
+    noise_torque: float
+    ripple: float
+    loss: float
+
+    def keeps(self, wanted: Wanted) -> bool:
+        """Whether the accuracy is reached and the limit of torque kept."""
+        return (abs(self.alpha_error) <= wanted.alpha and abs(self.omega_error) <= wanted.omega
+                and self.ripple <= wanted.torque_limit)
+
+
+def verify(study: Study, found: Design, wanted: Wanted, observer: str) -> list[Check]:
+    """Simulate the design at each speed and load that is given, and where it is predicted to settle the slowest.
+
+    With noise over the whole periods of the second after ``wanted.time``, and without noise for the torque ripple.
+    """
+    from imo_analysis.simulation.run import simulate
+
+    period = 2 * math.pi / found.frequency
+    late = slice(wanted.time, wanted.time + max(1, int(1.0 / period)) * period)
+    points = [(omega, torque) for omega in wanted.speeds for torque in wanted.torques]
+    rows = []
+    for omega, torque in points if found.slowest in points else [*points, found.slowest]:
+        still = study.only([observer]).changed({
+            "sensors.current_noise": 0.0, "reference.shape": "steps", "reference.time": [0.0], "reference.omega": [omega],
+            "load.shape": "steps", "load.time": [0.0], "load.T_l": [torque], "simulation.duration": late.stop + 1e-3})
+        plain = still.changed({"sensors.current_noise": wanted.noise})
+        run = simulate(modulated_study(plain, found)).sel(observer=observer, time=late)
+        before = simulate(plain).sel(time=late)
+        exact = simulate(modulated_study(still, found)).sel(time=late)
+        alpha = (run["alpha_hat"] - study.machine.alpha).values
+        speed = (run["omega_hat"] - run["omega"]).values
+        rows.append(Check(omega, torque, float(alpha.mean()), float(alpha.std()), float(speed.mean()), float(speed.std()),
+                          float(before["torque"].std()), float(np.ptp(exact["torque"].values)) / 2,
+                          _copper_loss(study.machine, run) - _copper_loss(study.machine, before)))
+    return rows
+
+
+def _copper_loss(machine: InductionMachine, run: Any) -> float:
+    """Mean loss in stator and rotor, in W."""
+    stator = run["i_ds"].values + 1j * run["i_qs"].values
+    rotor = (run["phi_dr"].values + 1j * run["phi_qr"].values - machine.L_m * stator) / machine.L_r
+    return float(1.5 * np.mean(machine.R_s * np.abs(stator) ** 2 + machine.R_r * np.abs(rotor) ** 2))
