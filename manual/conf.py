@@ -28,6 +28,7 @@ html_show_copyright = False
 html_baseurl = ""
 python_maximum_signature_line_length = 90
 toc_object_entries = False
+add_module_names = False
 pygments_style = "friendly"
 pygments_dark_style = "monokai"
 html_theme_options = {"footer_icons": [], "light_css_variables": {"font-stack": "system-ui, 'Segoe UI', Roboto, sans-serif"}}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from functools import cache
 from typing import Any, ClassVar
 
 from docutils import nodes
@@ -15,6 +16,8 @@ from sphinx.util.parsing import nested_parse_to_nodes
 
 from imo_analysis.equations.catalogue import OBSERVERS
 from imo_analysis.errors import InputError
+from imo_analysis.ledger.expression import parse_relation
+from imo_analysis.ledger.latex import relation_latex
 from imo_analysis.machine import PRESETS
 from imo_analysis.notation import SYMBOLS
 from imo_manual import facts, formulas
@@ -159,10 +162,41 @@ class Ledger(_Page):
 
     def fill(self) -> list[nodes.Node]:
         """A table."""
-        from imo_analysis.ledger.book import entries
-
-        rows = [(f"`{one.claim.id}`", one.claim.item, one.claim.title, str(one.verdict), one.claim.edit) for one in entries()]
+        rows = [(f"`{one.claim.id}`", one.claim.item, one.claim.title, str(one.verdict), one.claim.edit) for one in _settled()]
         return [table(("entry", "the paper's number", "what it says", "verdict", "what puts it right"), rows, (3, 3, 6, 3, 6))]
+
+
+class Entries(_Page):
+    """``entry``: entries of the ledger in full: printed and corrected formulas, verdict, what puts it right."""
+
+    required_arguments = 1
+
+    def fill(self) -> list[nodes.Node]:
+        """All entries whose id is the argument or begins with it and a dot."""
+        wanted = self.arguments[0]
+        chosen = [one for one in _settled() if one.claim.id == wanted or one.claim.id.startswith(f"{wanted}.")]
+        if not chosen:
+            raise InputError(f"there is no entry {wanted!r} in the ledger")
+        found: list[nodes.Node] = []
+        for one in chosen:
+            claim = one.claim
+            head = nodes.paragraph(classes=["entry"])
+            head += [nodes.strong(text=f"{claim.item}, {claim.title}: {one.verdict}"), nodes.Text(" ("),
+                     nodes.literal(text=f"imo derive {claim.id}"), nodes.Text(")")]
+            found.append(head)
+            for word, texts in (("printed", claim.printed), ("corrected", claim.corrected)):
+                rows = [texts] if isinstance(texts, str) else list(texts or ())
+                found += [_formula(relation_latex(parse_relation(row)), word if claim.corrected else "") for row in rows if row]
+            if claim.edit:
+                found.append(paragraph(f"What puts it right: {claim.edit}."))
+        return found
+
+
+@cache
+def _settled() -> list[Any]:
+    from imo_analysis.ledger.book import entries
+
+    return entries()
 
 
 class Presets(_Page):
@@ -231,7 +265,7 @@ def setup(app: Sphinx) -> None:
     for name, directive in (
         ("definition", Definition), ("observer", Observer), ("catalogue", Catalogue), ("notation", Notation),
         ("study-fields", StudyFields), ("commands", Commands), ("ledger-entries", Ledger), ("presets", Presets),
-        ("room", Room), ("chosen", Chosen),
+        ("room", Room), ("chosen", Chosen), ("entry", Entries),
     ):
         app.add_directive(name, directive)
     app.add_role("pyname", PyName())

@@ -62,19 +62,28 @@ def _lists(one: Public) -> Iterator[str]:
         if head not in parts:
             continue
         yield from (f"**{head}**", "")
+        if head in ("Returns", "Yields"):
+            yield from _returned(parts[head])
+            continue
         for names, kind, text in entries(parts[head]):
             known.update(names)
             yield from _entry(", ".join(names), kind, text)
     for head, text in parts.items():
         if head and head not in _LISTS:
             yield from (f"**{head}**", "", *_text(text), "")
-    others = [argument for argument in one.arguments if argument.name not in known]
-    if others and one.kind != "property":
-        yield from ("**Types**", "")
-        for argument in others:
-            yield from _entry(f"{argument.mark}{argument.name}", argument.annotation, "")
-    if one.returns and "Returns" not in parts and one.kind != "class":
-        yield from (f"Returns ``{one.returns}``.", "")
+    typed = [f"``{argument.mark}{argument.name}: {argument.annotation}``" for argument in one.arguments
+             if argument.name not in known and argument.annotation]
+    if one.returns not in ("", "None") and "Returns" not in parts and one.kind != "class":
+        typed.append(f"returns ``{one.returns}``")
+    if typed and one.kind != "property":
+        yield from (f"Types: {'; '.join(typed)}.", "")
+
+
+def _returned(section: str) -> Iterator[str]:
+    """What comes back: a line of its type, and what it is, indented."""
+    head, *rest = section.splitlines()
+    text = "\n".join(line.removeprefix("    ") for line in rest)
+    yield from _entry(head, "", text)
 
 
 def _entry(name: str, kind: str, text: str) -> Iterator[str]:
@@ -91,17 +100,24 @@ def _entry(name: str, kind: str, text: str) -> Iterator[str]:
 def _text(doc: str) -> list[str]:
     """The lines of a docstring with what is markup by accident escaped; literal blocks stay as they are."""
     lines: list[str] = []
-    literal = False
+    literal = listed = False
     for paragraph in re.split(r"\n[ ]*\n", doc.strip("\n")):
-        indented = all(line.startswith(" ") for line in paragraph.splitlines() if line)
-        literal = literal and indented
-        if indented and not literal:  # a formula or a table of words set apart: as it is
-            lines += ["::", ""]
-        keep = literal or indented
-        lines += paragraph.splitlines() if keep else escaped(paragraph).splitlines()
+        margin = min(len(line) - len(line.lstrip()) for line in paragraph.splitlines() if line.strip())
+        literal = literal and margin > 0
+        listed = paragraph.startswith(("- ", "* ")) or (listed and margin > 0)
+        apart = margin > 2 if listed else margin > 0
+        if apart and not literal:  # a formula or a table of words set apart: as it is
+            lines += ["  ::" if listed else "::", ""]
+        keep = literal or apart
+        lines += paragraph.splitlines() if keep else [_line(line) for line in escaped(paragraph).splitlines()]
         lines.append("")
-        literal = paragraph.rstrip().endswith("::") or (literal and indented)
+        literal = paragraph.rstrip().endswith("::") or (literal and margin > 0)
     return lines
+
+
+def _line(line: str) -> str:
+    """A line whose bullet, if it has one, is one again."""
+    return f"* {line[3:]}" if line.startswith("\\* ") else line
 
 
 def escaped(text: str) -> str:

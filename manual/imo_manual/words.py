@@ -34,7 +34,7 @@ def paragraph(text: str) -> nodes.paragraph:
 
 def unit(text: str) -> str:
     """A unit as people write it; nothing for what is no quantity."""
-    return written_unit(text) if text else ""
+    return written_unit(text).replace(" ", "\u00a0") if text else ""
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str | nodes.Node]], widths: Sequence[int] | None = None) -> nodes.table:

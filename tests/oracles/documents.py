@@ -56,8 +56,8 @@ def prose(text: str) -> str:
 
 
 def matches(expected: list[str], printed: str) -> bool:
-    """Whether the lines agree, ``...`` standing for any lines."""
-    parts = [r"(?:.*\n)*?" if line == "..." else re.escape(line) + r"\n" for line in expected]
+    """Whether the lines agree, ``...`` standing for any lines, or within a line for any text."""
+    parts = [r"(?:.*\n)*?" if line == "..." else re.escape(line).replace(r"\.\.\.", ".*?") + r"\n" for line in expected]
     return re.fullmatch("".join(parts), printed) is not None
 
 
