@@ -203,7 +203,7 @@ for t, x in path[:: len(path) // 5]:
 assert np.ptp(kept) < 1e-6 * kept[0] and seen[-1] < 0.1 * seen[0]
 
 # %% [markdown]
-# $|w|$ dies out, $|\tilde z|$ settles at a value that is not zero, $|q|$ does not move in four digits.
+# $|w|$ dies out, $|\tilde z|$ tends to a value that is not zero, $|q|$ does not move in four digits.
 #
 # ## Modulate the flux
 #

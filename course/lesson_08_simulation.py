@@ -70,9 +70,9 @@ expected(my_error, worst["repaired"], "rad/s")
 picture(speed_figure(fig1, (32.48, 32.6), ["baseline", "consistent_12", "repaired"]))
 
 # %% [markdown]
-# The motor needs some tens of milliseconds for the step, because its current is limited, and the estimates go with it.
-# Note what the comparison depends on: each observer's *gains*. The paper prints none. Somebody else's baseline may be
-# tuned better.
+# The motor follows at the pace of its speed loop (45 rad/s of bandwidth, the study's choice). All estimates ring for some
+# milliseconds; one then lags. Note what the comparison depends on: each observer's *gains*. The paper prints none. Somebody
+# else's baseline may be tuned better.
 #
 # ## Fig. 3: alpha is wrong
 #

@@ -220,7 +220,7 @@ assert grown[0] < 1 < grown[1]
 
 # %% jupyter={"source_hidden": true}
 @in_style
-def wrong_direction(speed=15.0, kappa=50.0):
+def wrong_direction(speed=40.0, kappa=50.0):
     """|w| with the right and with the wrong direction."""
     figure, axes = new_figure(height=2.7)
     for n, (direction, label) in enumerate(((1, "right direction"), (-1, "wrong direction"))):

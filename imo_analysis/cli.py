@@ -23,7 +23,7 @@ COMMANDS = {
     "sweep": "Monte Carlo and grids over any field of a study",
     "replay": "run an observer over a recorded log",
     "study": "write a study file to start from",
-    "notebook": "the derivations as Jupyter notebooks",
+    "notebook": "the course and the derivations as Jupyter notebooks",
 }
 _NUMBER_LIKE = re.compile(r"^-[\d.]")
 

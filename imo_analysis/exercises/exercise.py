@@ -14,7 +14,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from imo_analysis.errors import InputError
-from imo_analysis.ledger.expression import Expr, Relation, free_names, parse
+from imo_analysis.ledger.expression import Expr, Relation, free_names, parse, substitute
 from imo_analysis.ledger.setting import Setting
 from imo_analysis.quantity import si_value
 
@@ -81,7 +81,7 @@ def judge(identifier: str, answer: Any) -> Outcome:
         outcome = one.judge(answer)
     except InputError as error:
         outcome = Outcome(False, str(error))
-    except (TypeError, ValueError, KeyError, AttributeError, IndexError, ZeroDivisionError) as error:
+    except Exception as error:  # an answer may be a function of the student's, which can raise anything
         outcome = Outcome(False, f"this answer cannot be evaluated ({type(error).__name__}: {error}).")
     word = "right" if outcome.right else "not yet"
     return Outcome(outcome.right, f"{identifier}: {word}. {outcome.text}".strip())
@@ -183,7 +183,7 @@ class Formula:
 
     def judge(self, answer: Any) -> Outcome:
         """Compare with the truth exactly, then with the known mistakes."""
-        where, truth, given = self.where(), _trees(self.truth()), _trees(answer)
+        where, truth, given = self.where(), self.right(), _trees(answer)
         if len(given) != len(truth):
             return Outcome(False, f"{len(truth)} formulas are asked for, this is {len(given)}.")
         known = {*where.definitions, *where.units, *(name for tree in truth for name in free_names(tree))}
@@ -192,6 +192,8 @@ class Formula:
         if strangers:
             return Outcome(False,
                 f"{', '.join(strangers)}: no such symbol; the names are those of the text, such as i_ds_tilde.")
+        if any(name.endswith("_dot") or name == "V" for tree in given for name in free_names(tree)):
+            return Outcome(False, "Write it in signals and parameters: no rates, and no V.")
         if self._same(where, given, truth):
             return Outcome(True, self.why)
         for value, hint in self.wrong():
@@ -199,9 +201,13 @@ class Formula:
                 return Outcome(False, hint)
         return Outcome(False, self.hint)
 
+    def right(self) -> tuple[Expr, ...]:
+        """The truth in free names alone."""
+        return tuple(written_out(self.where(), tree) for tree in _trees(self.truth()))
+
     def wrong(self) -> list[tuple[Any, str]]:
         """The declared mistakes, and the negative."""
-        negative = tuple(-tree for tree in _trees(self.truth()))
+        negative = tuple(-tree for tree in self.right())
         declared = [_trees(value) for value, _ in self.mistakes]
         same = any(self._same(self.where(), negative, one) for one in declared)
         return [*self.mistakes, *([] if same else [(negative, "Only the sign is wrong.")])]
@@ -209,6 +215,15 @@ class Formula:
     @staticmethod
     def _same(where: Setting, given: tuple[Expr, ...], truth: tuple[Expr, ...]) -> bool:
         return len(given) == len(truth) and all(equal(where, a, b) for a, b in zip(given, truth, strict=True))
+
+
+def written_out(where: Setting, tree: Expr) -> Expr:
+    """A formula in free names alone: every name that a setting defines replaced by what it stands for."""
+    for _ in range(len(where.definitions)):
+        if not any(name in where.definitions for name in free_names(tree)):
+            break
+        tree = substitute(tree, where.definitions)
+    return tree
 
 
 def equal(where: Setting, a: Expr, b: Expr) -> bool:

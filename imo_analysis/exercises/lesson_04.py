@@ -6,7 +6,7 @@ from fractions import Fraction
 from typing import Any
 
 from imo_analysis.equations import adaptive
-from imo_analysis.exercises.exercise import Choice, Exercise, Formula
+from imo_analysis.exercises.exercise import Choice, Exercise, Formula, written_out
 from imo_analysis.ledger.audit import error_setting, with_lyapunov
 from imo_analysis.ledger.dual import rate_along
 from imo_analysis.ledger.expression import Expr, Name, as_expr, names, number, substitute
@@ -44,10 +44,7 @@ def _weight() -> Expr:
 
 def rate_of(where: Setting, row: str, values: dict[str, int]) -> Any:
     """A defined name in free names alone, with some of them replaced."""
-    tree: Any = Name(row)
-    for _ in range(len(where.definitions)):
-        tree = substitute(tree, where.definitions)
-    return substitute(tree, {name: number(value) for name, value in values.items()})
+    return substitute(written_out(where, Name(row)), {name: number(value) for name, value in values.items()})
 
 
 def _speed_law() -> Any:

@@ -8,9 +8,9 @@ import runpy
 import pytest
 
 from imo_analysis.cli import main
-from imo_analysis.commands.notebook import sources, title
+from imo_analysis.notebooks import sources, title
 
-FILES = sources()
+FILES = sources("derivations")
 
 
 def test_all_topics_are_there():
@@ -27,8 +27,8 @@ def test_derivation_holds(path, capsys):
 
 def test_notebooks_are_written_the_same_twice(tmp_path, capsys):
     pytest.importorskip("jupytext")
-    assert main(["notebook", "--out", str(tmp_path / "a")]) == 0
-    assert main(["notebook", "--out", str(tmp_path / "b")]) == 0
+    assert main(["notebook", "--derivations", "--out", str(tmp_path / "a")]) == 0
+    assert main(["notebook", "--derivations", "--out", str(tmp_path / "b")]) == 0
     names = sorted(path.name for path in (tmp_path / "a").iterdir())
     assert names == [f"{path.stem}.ipynb" for path in FILES]
     for name in names:
@@ -45,12 +45,6 @@ def test_a_notebook_executes(tmp_path):
     cells = json.loads((tmp_path / "02_the_transformation.ipynb").read_text(encoding="utf-8"))["cells"]
     outputs = [one for cell in cells for one in cell.get("outputs", ())]
     assert any("text/latex" in one.get("data", {}) for one in outputs)
-
-
-def test_list_as_json(capsys):
-    assert main(["notebook", "--json", "-"]) == 0
-    data = json.loads(capsys.readouterr().out)
-    assert data["schema"] == "imo-notebooks/1" and len(data["notebooks"]) == 8
 
 
 @pytest.mark.parametrize("arguments", [["--only", "77"], ["--execute"], ["--out", "/proc/none"]])

@@ -1,0 +1,74 @@
+"""What the lessons share: checks that print, predictions, formulas, figures with and without sliders."""
+
+from __future__ import annotations
+
+import pytest
+
+from imo_analysis import course_tools
+from imo_analysis.drawing import new_figure
+from imo_analysis.errors import InputError
+from imo_analysis.ledger.expression import names
+
+
+def drawing(depth=0.1, frequency=20.0):
+    figure, axes = new_figure(height=2.0)
+    axes.plot([0, depth], [0, frequency])
+    return figure
+
+
+@pytest.mark.parametrize(
+    ("guess", "words"), [(10.5, "well seen"), (15, "the right order"), (-20, "far off"), (..., "no prediction"), ("ten", "you wrote")])
+def test_a_prediction_beside_the_result(guess, words, capsys):
+    course_tools.expected(guess, 10.0, "A")
+    said = capsys.readouterr().out
+    assert "it is 10 A" in said and words in said
+
+
+def test_check_says_right_wrong_or_nothing_yet(capsys):
+    for answer, word in ((..., "not answered yet"), ("8.83 A", "right"), (0.5307 / 61.9e-3, "L_m"), ("9 V", "wrong unit")):
+        course_tools.check("1.1", answer)
+        assert word in capsys.readouterr().out
+
+
+def test_rows_are_printed_in_a_script(capsys):
+    course_tools.rows(("z_1_dot",), (names("i_ds")[0] * 2,))
+    assert capsys.readouterr().out.strip() == "z_1_dot = i_ds*2"
+
+
+def test_an_entry_in_full(capsys):
+    course_tools.entry("eq12.i_qs")
+    said = capsys.readouterr().out
+    assert "holds after correction" in said and "flint, sympy" in said
+    with pytest.raises(InputError, match="not in the ledger"):
+        course_tools.entry("eq99.x")
+
+
+def test_a_figure_in_a_script_is_only_counted(capsys):
+    assert course_tools.vary(drawing, depth=(0.0, 0.2, 0.1)) is None
+    said = capsys.readouterr().out
+    assert "a figure with 1 axes" in said and "depth from 0 to 0.2" in said
+
+
+def test_vary_needs_a_parameter_with_a_default():
+    with pytest.raises(InputError, match="must be a parameter"):
+        course_tools.vary(drawing, width=(0.0, 1.0, 0.1))
+
+
+def test_sliders_where_ipywidgets_is_installed(monkeypatch):
+    widgets = pytest.importorskip("ipywidgets")
+    shown = []
+    monkeypatch.setattr(course_tools, "in_notebook", lambda: True)
+    monkeypatch.setattr(course_tools, "_display", lambda kind, value: shown.append((kind, value)))
+    monkeypatch.delenv("IMO_STATIC", raising=False)
+    sliders = course_tools.vary(drawing, depth=(0.0, 0.2, 0.1), frequency=(5.0, 60.0, 5.0))
+    assert isinstance(sliders, widgets.interactive)
+    assert [(one.min, one.value, one.max) for one in sliders.children[:2]] == [(0.0, 0.1, 0.2), (5.0, 20.0, 60.0)]
+    shown.clear()
+    sliders.children[1].value = 60.0
+    sliders.update()
+    first = [value for kind, value in shown if kind == "SVG"]
+    assert first and "<svg" in first[-1]
+    monkeypatch.setenv("IMO_STATIC", "1")
+    shown.clear()
+    assert course_tools.vary(drawing, depth=(0.0, 0.2, 0.1)) is None
+    assert [kind for kind, _ in shown] == ["SVG"]
