@@ -84,7 +84,7 @@ def left(setups: dict[str, Setup], refused: dict[str, str], check: Any) -> dict[
     kept = {}
     for label, setup in setups.items():
         try:
-            check(setup)
+            check(label, setup)
         except InputError as error:
             refused[label] = str(error)
         else:
@@ -159,8 +159,7 @@ def _tuned(args: argparse.Namespace, setups: dict[str, Setup], refused: dict[str
         raise InputError(f"--tune {args.tune} must be DECAY:DAMPING:OMEGA_MAX, such as 50:0.7:150") from None
     result = {}
 
-    def choose(setup: Setup) -> None:
-        label = next(label for label, one in setups.items() if one is setup)
+    def choose(label: str, setup: Setup) -> None:
         found = tune(setup.machine, setup.observer, decay, damping, omega_max)
         say(args, f"{label}: " + ", ".join(f"{name} = {value:.6g}" for name, value in found.gains.items())
             + f" give decay {found.decay:.4g} /s, damping {found.damping:.3f}, fastest pole {found.fastest:.4g} rad/s")
@@ -178,23 +177,15 @@ def _table(
 
     from imo_analysis.commands.output import say
     from imo_analysis.pencils.error import OperatingPoint, poles_at
-    from imo_analysis.pencils.jacobian import jacobian
     from imo_analysis.pencils.table2 import table2
     from imo_analysis.pencils.table2_fit import WITNESS, mismatches
 
-    rows: list[dict[str, Any]] = []
     if args.full is not None:
-        setups = left(setups, refused, lambda setup: jacobian(setup.observer, "full"))
+        return _full_table(args, setups, refused, speeds, flux)
+    rows: list[dict[str, Any]] = []
     for label, setup in setups.items():
         kind, machine, gains = setup.observer, setup.machine, setup.gains
-        say(args, f"{label} ({kind}), alpha = {machine.alpha:.4f} /s, "
-            + ", ".join(f"{name} = {value:g}" for name, value in gains.items()))
-        if args.full is not None:
-            for speed in speeds:
-                found = poles_at(machine, kind, gains, OperatingPoint(speed, flux, args.full), "full")
-                say(args, f"  {speed:8g} rad/s  " + "  ".join(_complex(pole) for pole in found if pole.imag >= 0))
-                rows.append({"observer": label, "omega": speed, "slip": args.full, "flux": flux, "poles": list(found)})
-            continue
+        say(args, _title(label, setup))
         data = table2(machine, {label: (kind, gains)}, speeds).isel(observer=0)
         column = str(data["column"].values)
         beside = f"Table II, {column}" if column else ""
@@ -209,12 +200,44 @@ def _table(
             rows.append({"observer": label, "omega": speed, "poles": computed, "column": column,
                          "printed": printed if column else None, "distance": at["difference"].values if column else None,
                          "at_zero": len(poles_at(machine, kind, gains, OperatingPoint(speed, None))) - 4})
-    if args.full is None:
-        a, b, c, d = (float(value) for value in WITNESS)
-        right = 24 - len(mismatches(*WITNESS))
-        say(args, f"{right} of Table II's 24 numbers are those of s^2 + ({a:g} - j w) s + {b:g} - j {c:g} w + {d:g} w^2,\n"
-            f"with {d:g} |w| for the last term in the baseline column. Poles that stay at zero are left out above.")
+    a, b, c, d = (float(value) for value in WITNESS)
+    right = 24 - len(mismatches(*WITNESS))
+    say(args, f"{right} of Table II's 24 numbers are those of s^2 + ({a:g} - j w) s + {b:g} - j {c:g} w + {d:g} w^2,\n"
+        f"with {d:g} |w| for the last term in the baseline column. Poles that stay at zero are left out above.")
     return rows
+
+
+def _full_table(
+    args: argparse.Namespace, setups: dict[str, Setup], refused: dict[str, str], speeds: list[float], flux: float
+) -> list[dict[str, Any]]:
+    """The same with the adaptation; Floquet exponents where the linearisation is periodic in any frame."""
+    from imo_analysis.commands.output import say
+    from imo_analysis.pencils.error import OperatingPoint, poles_at
+    from imo_analysis.pencils.floquet import floquet_exponents
+    from imo_analysis.pencils.jacobian import commutes_with_rotation
+
+    rows: list[dict[str, Any]] = []
+
+    def table(label: str, setup: Setup) -> None:
+        turns = commutes_with_rotation(setup.observer)
+        own, lines = [], []
+        for speed in speeds:
+            point = OperatingPoint(speed, flux, args.full)
+            found = (poles_at(setup.machine, setup.observer, setup.gains, point, "full") if turns
+                     else floquet_exponents(setup.machine, setup.observer, setup.gains, point))
+            lines.append(f"  {speed:8g} rad/s  " + "  ".join(_complex(pole) for pole in found if pole.imag >= 0))
+            own.append({"observer": label, "omega": speed, "slip": args.full, "flux": flux, "poles": list(found),
+                        "floquet": not turns})
+        rows.extend(own)
+        say(args, "\n".join([_title(label, setup) + ("" if turns else ", Floquet exponents"), *lines]))
+
+    left(setups, refused, table)
+    return rows
+
+
+def _title(label: str, setup: Setup) -> str:
+    return (f"{label} ({setup.observer}), alpha = {setup.machine.alpha:.4f} /s, "
+            + ", ".join(f"{name} = {value:g}" for name, value in setup.gains.items()))
 
 
 def _complex(value: complex) -> str:

@@ -90,7 +90,7 @@ def sweep(
     point = OperatingPoint(0.0 if args.at is None else args.at, study.drive.flux, args.full or 0.0)
     first = tuple(column[:1] for column in values.values())
     setups = left(
-        setups, refused, lambda one: evaluator(one.machine, one.observer, one.gains, names, point, kind).moving(first))
+        setups, refused, lambda _, one: evaluator(one.machine, one.observer, one.gains, names, point, kind).moving(first))
     if len(names) == 2 and args.cloud is None:
         return {"map": _map(args, setups, values, point, kind)}
     return {"sweep": _lines(args, setups, values, point, kind)}
@@ -172,7 +172,8 @@ def _summary(
         where = ", ".join(f"{name} = {part[name].values[at]:g}" for name in values)
         say(args, f"{label}: slowest pole {worst[at]:.4g} /s at {where}; unstable at {unstable[str(label)]} of {len(worst)} "
             f"points; {int(part['neutral'].sum())} poles on the axis by structure")
-        if len(values) == 1 and args.cloud is None and np.all(np.isfinite(moving[:, ~part["neutral"].values])):
+        there = moving[:, np.isfinite(moving).any(axis=0)]
+        if len(values) == 1 and args.cloud is None and np.all(np.isfinite(there)):
             limits[str(label)] = stability_boundaries(setups[str(label)], values, point, kind)
             for value in dict.fromkeys(round(one["value"], 9) for one in limits[str(label)]):
                 say(args, f"  a pole crosses the imaginary axis at {over} = {value:.10g}")

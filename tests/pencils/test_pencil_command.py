@@ -3,10 +3,17 @@
 import csv
 import json
 from pathlib import Path
+from typing import Any
 
+import numpy as np
+import oracle_linearisation
 import pytest
+import xarray as xr
+from scipy.optimize import linear_sum_assignment
 
 from imo_analysis.cli import main
+from imo_analysis.equations.catalogue import OBSERVERS, PARAMETERS
+from imo_analysis.machine import InductionMachine
 
 
 def test_table_beside_the_printed_one(capsys: pytest.CaptureFixture[str]) -> None:
@@ -21,8 +28,6 @@ def test_table_beside_the_printed_one(capsys: pytest.CaptureFixture[str]) -> Non
 
 
 def test_sweep_with_a_range_that_begins_with_a_dash(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    import xarray as xr
-
     plot, plane, out, table = (tmp_path / name for name in ("a.svg", "b.svg", "c.nc", "c.csv"))
     command = ["poles", "--over", "omega=-150:150:31", "--observer", "baseline", "consistent_12"]
     assert main([*command, "--plot", str(plot), "--map", str(plane), "--out", str(out)]) == 0
@@ -52,6 +57,89 @@ def test_adaptation_and_other_parameters(capsys: pytest.CaptureFixture[str]) -> 
     assert main(["poles", "--over", "k_2=0:100:11", "--at", "60", "--observer", "printed_L", "--json", "-"]) == 0
     data = json.loads(capsys.readouterr().out)["sweep"]
     assert data["over"] == "k_2" and data["unstable"]["printed_L"] == 10
+
+
+def _poles_of(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict[str, Any]:
+    assert main(["poles", *arguments, "--json", "-"]) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+@pytest.mark.parametrize("full", [False, pytest.param(True, marks=pytest.mark.slow)])
+def test_every_observer_and_convention_against_complex_steps(full: bool, capsys: pytest.CaptureFixture[str]) -> None:
+    """The eigenvalues that the command writes, against a linearisation by complex steps that shares no code with it: 1e-9."""
+    speeds = "30,-100" if not full else "60"
+    data = _poles_of(capsys, "--observer", "all", f"--omega={speeds}", *(["--full", "2"] if full else []))
+    seen = {row["observer"] for row in data["table"]}
+    assert seen == set(OBSERVERS) - set(data["refused"]) and set(data["refused"]) <= {"supervised"} and len(seen) >= 11
+    assert full or "supervised" in seen
+    for row in data["table"]:
+        if row.get("floquet"):
+            assert row["observer"].endswith("printed_7")
+            continue
+        machine, setup = data["machine"][row["observer"]], data["observers"][row["observer"]]
+        parameters = InductionMachine(**machine)
+        p = dict(zip(PARAMETERS, parameters.observer_parameters, strict=True))
+        if full:
+            matrix = oracle_linearisation.full(setup["kind"], p, setup["gains"], row["omega"], row["flux"], row["slip"])
+        else:
+            gains = {gain: setup["gains"].get(gain, 1.0) for gain in OBSERVERS[setup["kind"]].gains}
+            matrix = oracle_linearisation.frozen(setup["kind"], p, gains, row["omega"])
+        found = np.array([complex(*pole) for pole in row["poles"]] + [0.0] * row.get("at_zero", 0))
+        distance = np.abs(found[:, None] - np.linalg.eigvals(matrix)[None, :])
+        chosen = linear_sum_assignment(distance)
+        assert distance[chosen].max() < 1e-9 * np.abs(found).max(), row["observer"]
+
+
+def test_map_over_two_parameters_and_its_contours(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    picture, out = tmp_path / "map.svg", tmp_path / "map.nc"
+    data = _poles_of(capsys, "--over", "omega=-60:60:13", "--over", "k_2=1:80:9", "--observer", "consistent_12", "printed_L",
+                     "--map", str(picture), "--show", "damping", "--out", str(out))
+    found = data["map"]
+    assert found["dims"] == ["observer", "k_2", "omega"] and len(found["decay"]) == 2 and len(found["decay"][0]) == 9
+    assert found["stable_share"]["consistent_12"] == 1.0 and 0 < found["stable_share"]["printed_L"] < 0.5
+    assert picture.read_text().count("<svg") == 1
+    with xr.open_dataset(out, engine="h5netcdf") as whole:
+        assert dict(whole.sizes) == {"observer": 2, "omega": 13, "k_2": 9, "branch": 6}
+    limits = [(w, k) for w, k in zip(found["limit_omega"][1], found["limit_k_2"][1], strict=True) if w is not None]
+    assert len(limits) == 18
+    alpha = data["machine"]["printed_L"]["R_r"] / data["machine"]["printed_L"]["L_r"]
+    for w, k in limits:
+        assert abs(w) == pytest.approx((alpha * 100.0 / k) ** 0.5, rel=1e-9)
+
+
+def test_a_map_with_no_stable_point_says_so(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["poles", "--over", "omega=20:60:5", "--over", "k_2=20:60:5", "--observer", "printed_L"]) == 0
+    assert "printed_L: no stable point on this map; the least unstable is omega = 20, k_2 = 20, with" in capsys.readouterr().out
+
+
+def test_cloud_and_units(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    picture = tmp_path / "cloud.svg"
+    ranges = ("--over", "R_r=300 mohm:0.6 ohm", "--over", "omega=-300 rpm:300 rpm")
+    command = ("--cloud", "200:7", *ranges, "--observer", "repaired")
+    data = _poles_of(capsys, *command, "--map", str(picture))["sweep"]
+    assert data["dims"] == ["observer", "sample", "branch"] and len(data["R_r"]) == 200
+    assert 0.3 <= min(data["R_r"]) < 0.32 and max(data["R_r"]) <= 0.6 and max(map(abs, data["omega"])) <= 31.42
+    assert _poles_of(capsys, *command)["sweep"] == data, "the same seed draws the same cloud"
+    assert _poles_of(capsys, "--cloud", "200:8", *command[2:])["sweep"]["R_r"] != data["R_r"]
+    assert "<svg" in picture.read_text()
+
+
+def test_where_stability_ends_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
+    data = _poles_of(capsys, "--over", "omega=1:20:20", "--observer", "printed_L", "baseline")
+    limit = (data["observers"]["printed_L"]["gains"]["k_3"] * 9.9354 / 50.0) ** 0.5
+    assert {round(one["value"], 6) for one in data["sweep"]["boundaries"]["printed_L"]} == {round(limit, 6)}
+    assert data["sweep"]["boundaries"]["baseline"] == []
+
+
+def test_observers_that_cannot_do_it_do_not_stop_the_others(capsys: pytest.CaptureFixture[str]) -> None:
+    data = _poles_of(capsys, "--over", "kappa=10:60:3", "--at", "60")
+    assert data["sweep"]["observer"] == ["repaired"] and "'kappa' is not a parameter of baseline" in data["refused"]["baseline"]
+
+
+def test_a_sweep_of_one_point(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    plot, plane = tmp_path / "a.svg", tmp_path / "b.svg"
+    assert main(["poles", "--over", "omega=60:60:1", "--plot", str(plot), "--map", str(plane)]) == 0
+    assert "unstable at 0 of 1 points" in capsys.readouterr().out and plot.is_file() and plane.is_file()
 
 
 def test_machine_file_takes_the_place_of_the_studys(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -104,7 +192,9 @@ def test_machine_file_takes_the_place_of_the_studys(tmp_path: Path, capsys: pyte
     (["--study", "nowhere.toml"], "cannot read nowhere.toml"),
     (["--over", "omega=0:1:3", "--out", "no/such/folder/x.nc"], "cannot write no/such/folder/x.nc"),
     (["--full", "nan"], "slip = nan rad/s"),
-    (["--full", "2", "--observer", "printed_7"], "no time-invariant linearisation"),
+    (["--full", "2", "--observer", "printed_7", "--over", "omega=20:60:3"], "no time-invariant linearisation"),
+    (["--full", "2", "--observer", "printed_7", "--over", "omega=2:6:3", "--over", "R_r_error=0:1:3"], "no state at rest"),
+    (["--full", "2", "--observer", "printed_7", "--omega", "-2"], "the flux stands still"),
 ])
 def test_bad_input_is_one_line_and_code_2(arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["poles", *arguments]) == 2
