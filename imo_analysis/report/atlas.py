@@ -22,6 +22,7 @@ SPEEDS, SLIPS, ERRORS, GAINS = 61, 41, 7, 31  # points of the maps
 SLOWEST = 0.1  # of the widest speed: where the map over errors begins
 WRONG = 0.5  # relative error of the rotor resistance at the ends of that map
 LOADED = 0.5  # of alpha: the slip there
+DAMPED = 0.95  # a map of nothing less says nothing
 GAIN_SPAN = (0.1, 3.0)  # times the study's gain
 
 
@@ -77,9 +78,10 @@ def atlas(study: Study, folder: Path) -> Atlas:
         gain = setups[label].gains[name]
         damped = stability_map({label: right[label]}, {"omega": np.linspace(span.start, span.stop, SPEEDS),
                                                        name: np.linspace(GAIN_SPAN[0] * gain, GAIN_SPAN[1] * gain, GAINS)})
-        figures.append(keep(folder, "damping", rasterized(damped.plot("damping")),
-                            f"The least damping ratio of the poles of `{label}` at frozen speed, over speed and the gain of "
-                            f"its z loop, which is {gain:g} in the study."))
+        if float(damped.data["damping"].min()) < DAMPED:
+            figures.append(keep(folder, "damping", rasterized(damped.plot("damping")),
+                                f"The least damping ratio of the poles of `{label}` at frozen speed, over speed and the gain "
+                                f"of its z loop, which is {gain:g} in the study."))
     return Atlas(figures, [_unstable(plane.data, name) for name in setups], machine.alpha, varied[0] if varied else "")
 
 

@@ -171,7 +171,7 @@ def _compute(
     files = [("index.html", "this page"), ("ledger.json", "every entry of the ledger"), ("study.toml", "the study, whole"),
              *poles.files, ("checks.json", "seeded faults, and why no printed form gives Table II"), *real.files]
     files += [one for scenario in scenarios for one in scenario.files]
-    found = [*poles.found, *findings(study, scenarios), *strays(scenarios)]
+    found = [*poles.found, *findings(scenarios), *strays(scenarios)]
     judged, papers = _judged(scenarios), is_paper(study.machine)
     chapters = [
         ledger_chapter(entries, proved), notation_chapter(), machine_chapter(study.machine), theorem_chapter(entries, *grown),
@@ -200,7 +200,7 @@ def _write_json(path: Path, entries: Sequence[Entry]) -> None:
     path.write_text(json.dumps(data, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
 
 
-def findings(study: Study, scenarios: Sequence[Scenario]) -> list[str]:
+def findings(scenarios: Sequence[Scenario]) -> list[str]:
     """What the main run shows (Fig. 4 in the paper's study), in sentences built from its numbers."""
     main = main_scenario(scenarios)
     end = main.resting[-1].time
@@ -210,7 +210,7 @@ def findings(study: Study, scenarios: Sequence[Scenario]) -> list[str]:
         values = ", ".join(f"{one.alpha_hat:.4g} /s (`{one.observer}`, flux error {100 * one.flux_error:.2g} %)"
                            for one in estimates)
         before = f" Predicted from the study, before simulating: {main.drift[-1].from_study:.4g} /s." if main.drift else ""
-        found.append(f"{main.title}: alpha_hat ends at {values}; the machine has {study.machine.alpha:.5g} /s.{before}")
+        found.append(f"{main.title}: alpha_hat ends at {values}; the machine has {main.alpha:.5g} /s.{before}")
     for result in main.excitation:
         for name, one in result.summary["conditions"].items():
             lost = one["lost"][0] if one["lost"] else None

@@ -7,10 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
+from imo_analysis.equations.steady_state import slip_of_torque
 from imo_analysis.report.scenarios import Drawn, keep
 from imo_analysis.study import Study
 
-TORQUE = 20.0  # N m, past the rating of a machine of Table III's size
+REACH = 1.5  # the torques go to so many times that at which the torque current is as large as the magnetising one
 DEPTH, FREQUENCY = 0.05, 30.0  # of the flux modulation in the map: 5 %, 30 rad/s
 
 
@@ -39,7 +40,9 @@ def identifiability(study: Study, folder: Path) -> Identifiability:
     from imo_analysis.excitation.maps import modulation_map, speed_torque_map
 
     flux, span = study.drive.flux, study.poles.sweep
-    speeds, torques = _even(span.start, span.stop, 61), _even(-TORQUE, TORQUE, 41)
+    machine = study.machine
+    torque = REACH * machine.alpha / slip_of_torque(1.0, flux, machine.n_p, machine.L_r, machine.alpha)
+    speeds, torques = _even(span.start, span.stop, 61), _even(-torque, torque, 41)
     constant = speed_torque_map(study.machine, speeds, torques, flux=flux)
     modulated = speed_torque_map(study.machine, speeds, torques, flux=flux, depth=DEPTH, frequency=FREQUENCY)
     omega = max(study.poles.omega)

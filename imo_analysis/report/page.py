@@ -87,15 +87,18 @@ def table(head: Sequence[object], rows: Iterable[Sequence[object]], caption: str
     return tag("div", tag("table", title, tag("thead", tag("tr", cells("th", head))), tag("tbody", body)), class_="scroll")
 
 
+_COLUMN, _WIDE = 518.4, 56.0  # points of a figure as wide as a column, and its width in the page in rem
 _PLACE = "\ue000"  # stands for a figure's number until the page is put together
 
 
 def figure(svg: str, caption: str, alt: str, file: str) -> Html:
     """A figure inside the page, its text as text, with a number, a caption, and a link to its file if there is one."""
+    wide = float(re.search(r'viewBox="0 0 (\S+)', svg)[1])  # type: ignore[index]
+    size = f"max-width:{min(_WIDE, _WIDE * wide / _COLUMN):.1f}rem"
     image = Html(inside_page(svg, f"f{_PLACE}", re.sub(r"[$`\\{}]", "", alt)))
     link = tag("span", " File: ", tag("a", file, href=file), ".") if file else ""
     below = tag("figcaption", tag("b", f"Figure {_PLACE}. "), inline(caption), link)
-    return tag("figure", tag("div", image, class_="plate"), below)
+    return tag("figure", tag("div", image, class_="plate", style=size), below)
 
 
 def numbered(body: str) -> str:

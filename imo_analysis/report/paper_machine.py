@@ -8,5 +8,5 @@ _TABLE_III = ("n_p", "R_s", "R_r", "L_m", "L_s", "L_r", "J")
 
 
 def is_paper(machine: InductionMachine) -> bool:
-    """Whether the parameters are those of a preset of the paper's, whatever the machine is called; friction, which Table III lacks, aside."""
+    """Whether the parameters are those of a preset of the paper's, whatever the name; Table III has no friction."""
     return any(all(getattr(machine, field) == getattr(PRESETS[name], field) for field in _TABLE_III) for name in PAPER_PRESETS)

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _COLUMNS = 800  # columns of pixels that a figure can show
+_BLOCKS, _LEAST = 240, 20  # pieces of a noisy line, and samples in one at least
+_NOISY = 4.0  # times as wide within a piece as from one to the next
+_SEEN = 0.02  # of the line's range: a narrower band would not be seen
 
 
 def thinned(time: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -35,12 +38,39 @@ def thinned(time: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[NDA
     return time[index], values[index]
 
 
+def banded(time: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...] | None:
+    """Time, mean, lowest and highest value of pieces of a noisy line; None for a line that is smooth enough to be drawn."""
+    blocks = min(_BLOCKS, len(time) // _LEAST)
+    if blocks < _LEAST or not np.isfinite(values).all():
+        return None
+    step = len(time) // blocks
+    pieces = values[: blocks * step].reshape(blocks, step)
+    mean, low, high = pieces.mean(axis=1), pieces.min(axis=1), pieces.max(axis=1)
+    width = float(np.median(high - low))
+    if width <= _NOISY * float(np.median(np.abs(np.diff(mean)))) or width <= _SEEN * float(np.ptp(mean)):
+        return None
+    return time[: blocks * step].reshape(blocks, step).mean(axis=1), mean, low, high
+
+
+def noisy(run: xr.Dataset) -> bool:
+    """Whether a figure of the run's speed errors has bands."""
+    error = (run["omega"] - run["omega_hat"]).transpose("observer", "time").values
+    return any(banded(run["time"].values, one) is not None for one in error)
+
+
 def _part(run: xr.Dataset, window: tuple[float, float] | None) -> xr.Dataset:
     return run if window is None else run.sel(time=slice(*window))
 
 
 def _plot(axes: Any, run: xr.Dataset, values: Any, **kwargs: Any) -> None:
-    axes.plot(*thinned(run["time"].values, np.asarray(values)), **kwargs)
+    time, values = run["time"].values, np.asarray(values)
+    band = banded(time, values)
+    if band is None:
+        axes.plot(*thinned(time, values), **kwargs)
+        return
+    at, mean, low, high = band
+    drawn, = axes.plot(at, mean, **kwargs)
+    axes.fill_between(at, low, high, color=drawn.get_color(), alpha=0.18, linewidth=0)
 
 
 @in_style
@@ -68,11 +98,18 @@ def speed_figure(run: xr.Dataset, window: tuple[float, float] | None = None, obs
     above.set_ylabel("speed (rad/s)")
     below.set_ylabel("true − estimate (rad/s)")
     below.set_xlabel("time (s)")
-    _robust_limits(above, [omega], 0.35)
+    _speed_limits(above, omega, [part["omega_hat"].sel(observer=name).values for name in names])
     _robust_limits(below, [omega - part["omega_hat"].sel(observer=name).values for name in names], 0.15)
     above.margins(x=0.01)
     legend_above(above)
     return figure
+
+
+def _speed_limits(axes: Any, omega: NDArray[np.float64], estimates: Sequence[NDArray[np.float64]]) -> None:
+    """Limits that show the true speed whole, and of the estimates what is within so much of it again."""
+    low, high = float(np.nanmin(omega)), float(np.nanmax(omega))
+    span = max(high - low, 0.02 * max(abs(low), abs(high)), 1e-6)
+    _robust_limits(axes, [omega, *(np.clip(one, low - span, high + span) for one in estimates)], 0.12)
 
 
 def _robust_limits(axes: Any, series: Sequence[NDArray[np.float64]], room: float) -> None:

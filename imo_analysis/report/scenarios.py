@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -56,7 +56,11 @@ class ExcitationResult:
 
 @dataclass(frozen=True)
 class Scenario:
-    """What the dossier keeps of a run; ``fault`` says what diverged, and when, or is empty."""
+    """What the dossier keeps of a run.
+
+    ``fault`` says what diverged, and when, or is empty; ``alpha`` is that of the machine in this run, in 1/s, which need not be
+    the study's.
+    """
 
     name: str
     title: str
@@ -69,6 +73,7 @@ class Scenario:
     drift_figure: Drawn | None
     fault: str
     files: list[tuple[str, str]] = field(default_factory=list)
+    alpha: float = math.nan
 
 
 @dataclass(frozen=True)
@@ -131,15 +136,20 @@ def run_scenario(study: Study, name: str, folder: Path, note: Callable[[str], No
     note(f"{label}: drawing")
     files = _write(run, label, chosen, folder) if runs else []
     observers = [str(one) for one in run["observer"].values]
+    noisy = _figures().noisy(run)
     figures = [keep(folder, f"{label}-speed", _figures().speed_figure(run),
-                     "Speed, true and estimated, and the error of each estimate. Short peaks may leave the axes.")]
+                     "Speed, true and estimated, and the error of each estimate. Short peaks may leave the axes."
+                     + (" Noisy lines: the mean, in a band from the lowest to the highest value." if noisy else ""))]
     windows = []
     end = float(run["time"].values[-1])
     shown = [window for window in chosen.windows if window.start < end]
     for number, window in enumerate(shown, start=1):
         span = (window.start, window.stop)
-        caption = f"{window.title}, {window.start:g} to {window.stop:g} s: {window.caption}."
-        figures.append(keep(folder, f"{label}-window{number}", _figures().speed_figure(run, span), caption))
+        caption = f"{window.title[:1].upper()}{window.title[1:]}, {window.start:g} to {window.stop:g} s: {window.caption}."
+        if window.start <= 0.0 and window.stop >= end:  # that figure is there already
+            figures[0] = replace(figures[0], caption=caption)
+        else:
+            figures.append(keep(folder, f"{label}-window{number}", _figures().speed_figure(run, span), caption))
         windows.append(WindowResult(window.title, window.start, window.stop, step_responses(run, span)))
     adaptive = [one for one in observers if "alpha_hat" in OBSERVERS[chosen.observers[one].kind].states]
     explained = explanations(run, chosen, adaptive)
@@ -159,7 +169,7 @@ def run_scenario(study: Study, name: str, folder: Path, note: Callable[[str], No
     judged = list(_excitation(run, chosen, label, folder, adaptive[:1] or ["plant"])) if fits else []
     command = f"imo simulate study.toml --scenario {name} --out {label}.nc" if name else "imo simulate study.toml --out run.nc"
     return Scenario(label, chosen.title, command, figures, windows, _resting(run, chosen), judged,
-                    drift_rows(explained, chosen), drawn, fault, files)
+                    drift_rows(explained, chosen), drawn, fault, files, chosen.machine.alpha)
 
 
 def _figures() -> Any:

@@ -17,11 +17,11 @@ def own_machine(
 ) -> Html:
     """Whether each observer tracks in each run, whether alpha can be told from the speed there, and what would cure it."""
     head = ("run", "observer", "speed", "error at the end (rad/s)", "largest error (rad/s)", r"$\hat{\alpha} - \alpha$ (1/s)")
-    rows = [row for scenario in scenarios for row in _rows(scenario, study.machine.alpha)]
+    rows = [row for scenario in scenarios for row in _rows(scenario)]
     return join(
         [
             tag("h2", "This machine", class_="sub"),
-            table(head, rows, rf"$\alpha = {study.machine.alpha:.4g}$ /s. The largest error is that of the instants just "
+            table(head, rows, rf"{_alphas(study, scenarios)} The largest error is that of the instants just "
                               "before each change of the reference and of the end.", (3, 4, 5)),
             tag("ul", *(tag("li", line) for line in (*_identifiable(results), _cure(cured)))),
             tag("h2", "The paper", class_="sub"),
@@ -29,14 +29,21 @@ def own_machine(
     )
 
 
-def _rows(scenario: Scenario, alpha: float) -> list[tuple[object, ...]]:
+def _alphas(study: Study, scenarios: Sequence[Scenario]) -> str:
+    """The true alpha, and the runs in which it is another one."""
+    others = [f"{one.title}: {one.alpha:.4g} /s" for one in scenarios
+              if math.isfinite(one.alpha) and not math.isclose(one.alpha, study.machine.alpha, rel_tol=1e-9)]
+    return rf"$\alpha = {study.machine.alpha:.4g}$ /s" + (f" ({'; '.join(others)})." if others else ".")
+
+
+def _rows(scenario: Scenario) -> list[tuple[object, ...]]:
     end = scenario.resting[-1].time
     rows: list[tuple[object, ...]] = []
     for last in (one for one in scenario.resting if one.time == end):
         errors = [abs(one.omega - one.omega_hat) for one in scenario.resting if one.observer == last.observer]
         largest = math.nan if any(map(math.isnan, errors)) else max(errors)
         rows.append((scenario.title, tag("code", last.observer), verdict(errors[-1], last.omega), number(errors[-1]),
-                     number(largest), number(last.alpha_hat - alpha, sign=True)))
+                     number(largest), number(last.alpha_hat - scenario.alpha, sign=True)))
     return rows
 
 
