@@ -44,6 +44,32 @@ def slip_of_torque(torque, psi, n_p, L_r, alpha):
     return 2 * alpha * L_r * torque / (3 * n_p * psi * psi)
 
 
+def torque_at_zero_frequency(omega, psi, n_p, R_r):
+    """Torque in N m at which a machine of electrical speed omega has zero stator frequency: -3 n_p psi^2 omega / (2 R_r)."""
+    return -3 * n_p * psi * psi * omega / (2 * R_r)
+
+
+def answer_of_line(nu, omega, alpha, damping, beta, L_m):
+    """``(real, imaginary)`` part of what divides the forcing of a line at nu: j nu / H(j nu) of `excitation.bounds`, in 1/s^2.
+
+    -nu^2 + j nu (damping + alpha (1 + beta L_m) - j omega) + (alpha - j omega) damping, with damping = R_s / sigma.
+    """
+    return nu * (omega - nu) + alpha * damping, nu * (damping + alpha * (1 + beta * L_m)) - omega * damping
+
+
+def forcing_of_line(nu, omega, alpha, beta, L_m, sigma):
+    """How errors of alpha, omega and R_s force the current along and across a flux line of 1 Wb at nu, times j nu.
+
+    Three pairs: beta nu (nu - omega) / alpha, beta nu, and -(alpha + j (nu - omega))^2 / (sigma alpha L_m).
+    """
+    slip = nu - omega
+    return (
+        (beta * nu * slip / alpha, 0),
+        (beta * nu, 0),
+        ((slip * slip - alpha * alpha) / (sigma * alpha * L_m), -2 * slip / (sigma * L_m)),
+    )
+
+
 def speed_information(psi, beta, stator_frequency, duration, cosine):
     """What a window of constant flux and length T, ``duration`` in s, tells of omega when w is not known, in A^2 s.
 

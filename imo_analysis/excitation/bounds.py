@@ -5,7 +5,7 @@ machine's transients. A line c exp(j nu t) of the rotor flux then answers to an 
 
     H(j nu) f,   H(s) = s / (s^2 + (R_s/sigma + alpha (1 + beta L_m) - j omega) s + (alpha - j omega) R_s/sigma),
 
-in the measured current; H is (6) solved for the current, f the forcing by that parameter:
+in the measured current (claim ``excitation.response``); H is (6) solved for the current, f the forcing by that parameter:
 
     alpha:  -j beta c (nu - omega) / alpha
     omega:  -j beta c
@@ -24,7 +24,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from imo_analysis.equations.steady_state import slip_of_torque
+from imo_analysis.equations.steady_state import answer_of_line, forcing_of_line, slip_of_torque
 from imo_analysis.errors import InputError
 from imo_analysis.machine import InductionMachine
 
@@ -112,16 +112,9 @@ def responses(machine: InductionMachine, motion: Motion, unknown: Sequence[str])
     """Lines of the current's answer to each unknown, in A per unit of it; shape (unknowns, lines)."""
     alpha, beta, L_m, sigma = machine.alpha, machine.beta, machine.L_m, machine.sigma
     nu, c, omega = motion.frequencies, motion.amplitudes, motion.omega
-    rotor = alpha - 1j * omega
-    damping = machine.R_s / sigma
-    denominator = -nu * nu + 1j * nu * (damping + alpha * (1 + beta * L_m) - 1j * omega) + rotor * damping
-    current = c * (alpha + 1j * (nu - omega)) / (alpha * L_m)
-    forcing = {  # already multiplied by j nu, the numerator of H
-        "alpha": 1j * nu * (-1j * beta * c * (nu - omega) / alpha),
-        "omega": 1j * nu * (-1j * beta * c),
-        "R_s": -current / sigma * (1j * nu + rotor),
-    }
-    return np.array([forcing[name] / denominator for name in unknown])
+    real, imaginary = answer_of_line(nu, omega, alpha, machine.R_s / sigma, beta, L_m)
+    forcing = dict(zip(PARAMETERS, forcing_of_line(nu, omega, alpha, beta, L_m, sigma), strict=True))
+    return np.array([c * (forcing[name][0] + 1j * forcing[name][1]) / (real + 1j * imaginary) for name in unknown])
 
 
 def information(

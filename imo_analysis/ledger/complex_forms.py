@@ -290,6 +290,24 @@ def _information_arguments(random: Random) -> tuple[Any, ...]:
     return psi, beta, frequency, duration, math.cos(frequency * duration)
 
 
+def _answer(nu: Any, omega: Any, alpha: Any, damping: Any, beta: Any, L_m: Any) -> Any:
+    """Determinant of the machine's matrix at j nu."""
+    rotor = Gauss(alpha, -omega)
+    return (J * nu + damping + alpha * beta * L_m) * (J * nu + rotor) - rotor * (alpha * beta * L_m)
+
+
+def _forcing(nu: Any, omega: Any, alpha: Any, beta: Any, L_m: Any, sigma: Any) -> Any:
+    """Cramer's numerators for a flux of 1: what each parameter forces in the current and in the flux row."""
+    rotor = Gauss(alpha, -omega)
+    current = (J * nu + rotor) / (alpha * L_m)
+
+    def numerator(in_current: Any, in_flux: Any) -> Any:
+        return (J * nu + rotor) * in_current + rotor * beta * in_flux
+
+    by_alpha = current * L_m - 1
+    return numerator(by_alpha * -beta, by_alpha), numerator(J * -beta, J), numerator(current * -1 / sigma, Gauss(0))
+
+
 def _balance(alpha_hat: Any, omega_hat: Any, xi: Any, z: Any, slip: Any, alpha: Any, gains: Any) -> Any:
     g, K_p, k_3, kappa_s = gains
     ratio = slip / alpha
@@ -380,5 +398,9 @@ FORMS: tuple[Form, ...] = (
     Form("steady_state", "determinant", (3,), lambda g: -cross(Gauss(g[1], g[2]), Gauss(g[0], g[1]))),
     Form("steady_state", "slip_of_torque", (0,) * 5,
          lambda torque, psi, n_p, L_r, alpha: torque / (Fraction(3, 2) * n_p * psi**2 / (alpha * L_r))),
+    Form("steady_state", "torque_at_zero_frequency", (0,) * 4,
+         lambda omega, psi, n_p, R_r: -(psi**2) * omega * Fraction(3, 2) * n_p / R_r),
+    Form("steady_state", "answer_of_line", (0,) * 6, _answer),
+    Form("steady_state", "forcing_of_line", (0,) * 6, _forcing),
     Form("steady_state", "speed_information", (0,) * 5, _information, _information_arguments),
 )

@@ -44,7 +44,7 @@ def test_no_load_no_turning_no_ripple():
     ("sine", 136.3, 0.0158, 50.0, 5.0, 0.85, 1.0), ("sine", 30.0, 0.1, 50.0, 5.0, 0.85, 1.0),
     ("square", 60.0, 0.05, 20.0, 5.0, 0.7, 1.0)])
 def test_against_a_run_without_noise(waveform, frequency, depth, omega, torque, low, high):
-    """Simulated over predicted: the prediction adds its two parts as if in phase, so that it lies above where both are there."""
+    """Simulated over predicted: the prediction adds its two parts as if in phase, so that it lies above where both are."""
     from imo_analysis.simulation.run import simulate
 
     shape = shape_of(waveform, frequency, DRIVE, MACHINE.alpha)

@@ -56,7 +56,7 @@ def test_noise_counts_by_its_square_and_a_threshold_needs_room():
 @pytest.mark.slow
 @pytest.mark.parametrize(("omega", "torque"), [(20.0, 0.0), (100.0, 5.0)])
 def test_noise_alone_makes_s_what_the_equations_say(omega, torque):
-    """The mean of S within 15 %; the mean gate, the drift and the current error within their bounds, at an S_0 near the noise."""
+    """The mean of S within 15 %; the mean gate and the drift within their bounds, at an S_0 near the noise."""
     from imo_analysis.equations.supervised import gate
     from imo_analysis.simulation.run import simulate
 

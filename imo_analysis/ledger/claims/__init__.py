@@ -13,6 +13,7 @@ MODULES: tuple[str, ...] = (
     "repairs",
     "conserved",
     "closed_forms",
+    "operating_lines",
     "resting",
     "noise",
     "supervisor",

@@ -84,6 +84,19 @@ def any_flux() -> Setting:
                    ("alpha > 0", "L_m > 0", "sigma > 0", "beta > 0", "J > 0", "a != 0"), units=_UNITS)
 
 
+@cache
+def moments() -> Setting:
+    """The filter S of the supervisor and powers of it, for any r across v_2, on an axis of its own."""
+    S, r = names("S r")
+    rate = supervised.running_gram((r, 0), names("m_2d m_2q"), (0, 0, *names("m_2d m_2q")), S, Name("eta"))[4]
+    defined: dict[str, Any] = {
+        "square": r * r, "S_dot": rate, "fourth_dot": 4 * S**3 * rate, "eighth_dot": 8 * S**7 * rate,
+        "opening": supervised.gate(S, Name("S_0")),
+    }
+    return setting("supervisor_moments", "the filter S of the supervisor", defined, ("eta > 0", "S >= 0", "S_0 > 0"),
+                   units={**_UNITS, "r": "A", "square": "A^2", "fourth_dot": "A^8/s", "eighth_dot": "A^16/s"})
+
+
 _LEFT = " + (omega_tilde + c*alpha_tilde)*alpha_tilde*c_dot/K_p + (1 - opening)*alpha_tilde*driven"
 
 CLAIMS = [
@@ -110,6 +123,23 @@ CLAIMS = [
             Algebra("evidence", "the law itself", ("alpha_hat_dot = opening*g*driven", "omega_hat_dot + c*alpha_hat_dot = "
                     "K_p*(i_ds_tilde*v_2d + i_qs_tilde*v_2q)")),
         ),
+    ),
+    Claim(
+        id="supervisor.threshold", item=ITEM, title="what bounds the gate, and the means of the powers of S",
+        expected=Verdict.HOLDS, setting=moments(),
+        prose="The gate is at most (S/S_0)^4, and the means of S^4 and S^8 at most those of r^8 and r^16. For r normal with "
+              "variance s^2 the mean of the gate is then at most 105 (s^2/S_0)^4, and that of its square at most 15!! "
+              "(s^2/S_0)^8.",
+        printed=("opening*S_0**4 <= S**4",), squares=(("1/(S**4 + S_0**4)", "S**4"),),
+        checks=(
+            Algebra("evidence", "the mean of S^4", ("fourth_dot <= eta*(square**4 - S**4)",),
+                    squares=(("eta", "(square - S)*(square + S)"), ("2*eta", "(square - S)*S"))),
+            Algebra("evidence", "the mean of S^8", ("eighth_dot <= eta*(square**8 - S**8)",),
+                    squares=(("eta", "(square - S)*(square**3 + square**2*S)"),
+                             ("2*eta", "(square - S)*(square**2*S + square*S**2)"),
+                             ("3*eta", "(square - S)*(square*S**2 + S**3)"), ("4*eta", "(square - S)*S**3"))),
+        ),
+        assumptions=("mean rates are zero where S is stationary", "the even moments of a normal r: 7!! s^8, 15!! s^16"),
     ),
     Claim(
         id="supervisor.window", item=ITEM, title="the supervisor's gate lies between 0 and 1, and opens for nothing but r",
