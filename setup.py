@@ -5,5 +5,4 @@ from setuptools import find_packages, setup
 setup(
     packages=[*find_packages(include=["imo_analysis*"]), "imo_analysis.derivations", "imo_analysis.course"],
     package_dir={"imo_analysis.derivations": "derivations", "imo_analysis.course": "course"},
-    package_data={"imo_analysis.derivations": ["*.py"], "imo_analysis.course": ["*.py", "*.md"]},
 )

@@ -31,6 +31,7 @@ from imo_analysis.machine import PRESETS
 from imo_analysis.pencils.error import frozen_matrix, frozen_pencil
 from imo_analysis.pencils.setup import Setup
 from imo_analysis.pencils.sweep import pole_sweep
+from imo_analysis.study import Study
 
 machine = PRESETS["table-iii-printed-alpha"]
 
@@ -178,7 +179,8 @@ rows(("i_ds_hat_dot", "i_qs_hat_dot", "phi_dr_hat_dot", "phi_qr_hat_dot", "omega
 # `control.StateSpace` whose states carry the names of the errors:
 
 # %%
-gains = {"l_1": 161.8, "l_2": 0.0, "l_3": 0.020431, "l_4": 0.0, "h": 100.0}
+gains = dict(Study.paper().observers["baseline"].gains)
+print(gains)
 pencil = frozen_pencil(machine, "baseline", gains, 100.0)
 print(pencil.state_labels)
 for pole in pencil.poles():

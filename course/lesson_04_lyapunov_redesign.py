@@ -196,8 +196,8 @@ check("4.4", answer_4_4)
 #
 # ## On a trajectory
 #
-# Table III's machine at a constant 100 rad/s, 5 rad/s of slip, 0.5307 Wb, in closed form. The observer starts
-# from $\hat z = \hat\xi = 0$, $\hat\alpha = 6.6$ /s and $\hat\omega = 20$ rad/s, with the corrected $V$ of (13).
+# Table III's machine at a constant 100 rad/s, 5 rad/s of slip, 0.5307 Wb, in closed form. The observer starts from $\hat
+# z = \hat\xi = 0$, $\hat\alpha = 6.6$ /s and $\hat\omega = 20$ rad/s, with the corrected $V$ of (13).
 #
 # **Write down what you expect.** The largest value of $V$ in the first 10 ms, divided by $V(0)$. (1 means that it never
 # rises.)
@@ -244,10 +244,10 @@ def fall_or_rise(omega_hat=20.0, share=0.0):
 vary(fall_or_rise, omega_hat=(10.0, 180.0, 10.0), share=(0.0, 1.0, 0.1))
 
 # %% [markdown]
-# The first curve rises: (16) is not true along this run, although every hypothesis holds. That it falls later, and deeper,
-# does not save the theorem: what rises once may rise again, and nothing bounds it. The second is a repair, with the gain
-# $\kappa s$ in place of $k_2\hat\omega$ ($s$ the known direction of rotation). Its weight $|\omega|/\kappa$ stands still, and so its
-# $V$ can only fall. Lesson 9 has the others.
+# The first curve rises: (16) is not true along this run, although every hypothesis holds. That it falls later, and
+# deeper, does not save the theorem: what rises once may rise again, and nothing bounds it. The second is a repair, with
+# the gain $\kappa s$ in place of $k_2\hat\omega$ ($s$ the known direction of rotation). Its weight $|\omega|/\kappa$
+# stands still, and so its $V$ can only fall. Lesson 9 has the others.
 #
 # ## The observer, in full
 #

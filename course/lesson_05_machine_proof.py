@@ -169,8 +169,8 @@ print(at(i_ds_tilde=1, z_2=1))
 #
 # ### Exercise 5.3: a counterexample
 #
-# Give the changes as a dictionary, such as `{"i_ds_tilde": 1, "z_2": 1}`. Only errors and signals may change, by integers
-# or fractions. Use `at(**answer_5_3)` to look.
+# Give the changes as a dictionary, such as `{"i_ds_tilde": 1, "z_2": 1}`. Only errors and signals may change (the zeros
+# in `base` except the voltages), by integers or fractions. Use `at(**answer_5_3)` to look.
 
 # %%
 answer_5_3 = ...

@@ -14,9 +14,10 @@ from imo_analysis.ledger.expression import names, number, substitute
 from imo_analysis.ledger.setting import Setting, setting
 from imo_analysis.ledger.settings import machine as machine_setting
 from imo_analysis.pencils.error import frozen_matrix
+from imo_analysis.study import Study
 
 NONE = {"l_1": 0.0, "l_2": 0.0, "l_3": 0.0, "l_4": 0.0}
-GAINS = {**NONE, "l_1": 161.8, "l_3": 0.020431}
+GAINS = dict(Study.paper().observers["baseline"].gains)
 
 
 def _where() -> Setting:

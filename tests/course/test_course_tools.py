@@ -17,7 +17,8 @@ def drawing(depth=0.1, frequency=20.0):
 
 
 @pytest.mark.parametrize(
-    ("guess", "words"), [(10.5, "well seen"), (15, "the right order"), (-20, "far off"), (..., "no prediction"), ("ten", "you wrote")])
+    ("guess", "words"),
+    [(10.5, "well seen"), (15, "the right order"), (-20, "far off"), (..., "no prediction"), ("ten", "you wrote")])
 def test_a_prediction_beside_the_result(guess, words, capsys):
     course_tools.expected(guess, 10.0, "A")
     said = capsys.readouterr().out

@@ -16,7 +16,8 @@ RENDERED = Path(__file__).parents[2] / "reports" / "course"
 
 
 def test_listed_and_chosen(capsys):
-    for arguments, count in (([], 18), (["--course"], 10), (["--derivations"], 8), (["--only", "lesson_03"], 1), (["--only", "0"], 8)):
+    one = (["--only", "lesson_03"], 1)
+    for arguments, count in (([], 18), (["--course"], 10), (["--derivations"], 8), (["--only", "0"], 8), one):
         assert main(["notebook", *arguments, "--json", "-"]) == 0
         data = json.loads(capsys.readouterr().out)
         assert data["schema"] == "imo-notebooks/1" and len(data["notebooks"]) == count
