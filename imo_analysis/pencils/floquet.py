@@ -155,7 +155,9 @@ def _exponents(machine: InductionMachine, name: str, gains: Gains, point: Operat
     chosen = every[(every.imag >= cut) & (every.imag < cut + turn)]
     if len(chosen) != n:
         raise InputError(f"the Floquet exponents of {name} cannot be told apart at this operating point; move it a little")
-    return np.sort(chosen.real + 1j * (chosen.imag - turn * np.round(chosen.imag / turn)))
+    imaginary = chosen.imag - turn * np.round(chosen.imag / turn)
+    imaginary[np.abs(imaginary) <= _TOLERANCE * np.abs(chosen).max()] = 0.0  # real ones, but for rounding
+    return np.sort(chosen.real + 1j * imaginary)
 
 
 def _transitions(matrix: Any, steps: int, period: float) -> np.ndarray:

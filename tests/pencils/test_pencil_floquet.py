@@ -10,7 +10,7 @@ from imo_analysis.equations.catalogue import OBSERVERS, PARAMETERS
 from imo_analysis.errors import InputError
 from imo_analysis.machine import preset
 from imo_analysis.pencils import floquet
-from imo_analysis.pencils.error import OperatingPoint, full_matrix, poles_at
+from imo_analysis.pencils.error import OperatingPoint, arguments, full_matrix, poles_at
 from imo_analysis.pencils.floquet import floquet_exponents, matrix_along, standing_matrix
 from imo_analysis.pencils.jacobian import commutes_with_rotation
 
@@ -82,6 +82,26 @@ def test_what_the_currents_do_not_see_is_neutral(name: str) -> None:
     found = floquet_exponents(MACHINE, name, gains(name), POINT)
     neutral = np.sort(np.abs(found))[:3]
     assert (neutral.max() < 1e-6) == ("xi_1_hat" in OBSERVERS[name].states)
+
+
+@pytest.mark.parametrize("name", OBSERVERS)
+def test_control_linearizes_the_definitions_to_the_same(name: str) -> None:
+    """python-control's finite differences of the nonlinear observer, in the axes at rest, at the instant the flux is along d."""
+    import control
+
+    from imo_analysis.pencils.jacobian import derive
+    from imo_analysis.simulation.nonlinear import observer_system
+
+    at = oracle.truth(name, TRUE, gains(name), 60.0, 0.5307, 3.0)
+    nonlinear = observer_system(name, MACHINE, gains(name))
+    linear = control.linearize(nonlinear, at["x"], [*at["i"], *at["u"], 60.0], eps=1e-6)
+    derived = derive(name, "full")
+    whole = derived.evaluate(arguments(derived, MACHINE, gains(name), POINT) | {"stator_frequency": 0.0})
+    n = len(derived.states)
+    # errors are true minus estimate, and what is measured acts on the estimate
+    for found, exact in ((linear.A, whole[:n, :n]), (linear.B[:, :4], -whole[:n, n:n + 4]),
+                         (linear.C[n:], whole[n + n:, :n]), (linear.D[n:, :4], -whole[n + n:, n:n + 4])):
+        assert np.abs(found - exact).max(initial=0.0) < 1e-6 * np.abs(whole).max()
 
 
 def test_the_steps_are_of_fourth_order() -> None:
