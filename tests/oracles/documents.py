@@ -4,9 +4,9 @@ What the fences mean:
 
 - ``console``: lines ``$ imo ...`` with what they print below them, ``...`` standing for any lines; ``$ echo $?`` shows the exit
   code of the command before, which is 0 where it is not shown. A block without output is run all the same.
-- ``toml``: a file; its first line says which, ``# motor.toml``. Without a name it is a part of a study, merged over the paper's.
+- ``toml``: a file, whose first line has its name, ``# motor.toml``; without a name, a part of a study, merged over the paper's.
 - ``python``: run, all blocks of a page in one namespace; a ``text`` block that follows is what it prints.
-- ``sh``: set-up lines that a test cannot run in place; each must be a line that CI runs, `SETUP` says where.
+- ``sh``: lines to type, run without a look at what they print; what cannot be run in place is in `SETUP`, with where it is.
 - ``math`` and directives in braces belong to Sphinx. Any other fence is a fault, so that no block goes unchecked.
 """
 
@@ -85,7 +85,7 @@ def run(command: str) -> tuple[int, str]:
 
 
 def execute(text: str, check: Callable[[str, list[str], str], None]) -> int:
-    """Run every block of a page in the current folder; ``check(command, expected, printed)`` judges. The number of blocks run."""
+    """Run every block of a page in the current folder; ``check(command, expected, printed)`` judges. How many were run."""
     space: dict[str, Any] = {"__name__": "__page__"}
     printed, done, code = "", 0, 0
     for block in blocks(text):
@@ -133,10 +133,11 @@ def _set_up(block: Block) -> None:
     for line in block.text.splitlines():
         for part in line.split("&&"):
             words = part.split("#")[0].strip()
-            if words and not words.startswith("imo "):
-                assert words in SETUP, f"line {block.line}: {words!r} is run by nothing"
+            if words.startswith("imo ") and words not in SETUP:
+                code, printed = run(words)
+                assert code == 0, f"line {block.line}: {words} ends with exit code {code}\n{printed}"
             elif words:
-                run(words)
+                assert words in SETUP, f"line {block.line}: {words!r} is run by nothing"
 
 
 # set-up line -> where it is run; `test_set_up_lines_are_run_somewhere` holds the two together
@@ -144,6 +145,8 @@ SETUP = {
     "pip install .": (".ci/run", "pip\" install -q --disable-pip-version-check ."),
     "pip install -e '.[test]'": (".ci/run", "pip install -q --disable-pip-version-check -e '.[test]'"),
     "pytest": (".ci/run", "pytest -n 2"),
+    "imo report": (".ci/run", "imo\" report --out"),
+    "imo report study.toml --out dossier": ("manual/tutorial.md", "$ imo report study.toml --out dossier"),
     "pip install '.[docs]'": ("pyproject.toml", "[notebooks,sweep,parquet,docs]"),
     "sphinx-build -W --keep-going -n manual manual-html": ("tests/manual/test_manual_build.py", '"-W", "--keep-going", "-n"'),
 }

@@ -1,0 +1,224 @@
+"""The manual is built, warnings as errors, into a folder of the test; its pages load nothing, and fit a narrow screen."""
+
+import html
+import html.parser
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from documents import MANUAL, TOP
+from imo_manual import formulas
+from imo_manual.names import modules
+
+from imo_analysis.equations.catalogue import OBSERVERS
+from imo_analysis.errors import InputError
+from imo_analysis.ledger.book import claims
+from imo_analysis.notation import SYMBOLS
+
+pytestmark = pytest.mark.slow
+
+
+def build(source: Path, out: Path) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-n", "-d", str(out / "doctrees"), str(source),
+               str(out / "html")]
+    environment = {**os.environ, "PYTHONDONTWRITEBYTECODE": "1", "PYTHONPATH": os.pathsep.join([str(TOP), str(MANUAL)])}
+    return subprocess.run(command, capture_output=True, text=True, timeout=300, env=environment)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    place = tmp_path_factory.mktemp("manual")
+    done = build(MANUAL, place)
+    assert done.returncode == 0, done.stderr[-4000:]
+    return place / "html"
+
+
+@pytest.fixture(scope="module")
+def texts(folder: Path) -> dict[str, str]:
+    return {str(path.relative_to(folder)): path.read_text(encoding="utf-8") for path in sorted(folder.rglob("*.html"))}
+
+
+class Links(html.parser.HTMLParser):
+    """What a page loads, what it links to, and its ids."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.loaded: list[str] = []
+        self.linked: list[str] = []
+        self.ids: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        for name, value in attrs:
+            if name == "id":
+                self.ids.append(value or "")
+            elif name in ("src", "srcset", "data", "poster") or (name == "href" and tag == "link"):
+                self.loaded += [value] if value and value != "#" else []
+            elif name == "href":
+                self.linked.append(value or "")
+
+
+def read(text: str) -> Links:
+    links = Links()
+    links.feed(text)
+    return links
+
+
+def test_nothing_is_loaded_from_a_network(texts: dict[str, str], folder: Path) -> None:
+    for name, text in texts.items():
+        for place in read(text).loaded:
+            assert not re.match(r"(?:\w+:)?//", place), (name, place)
+            assert (folder / name).parent.joinpath(place.partition("?")[0]).resolve().exists(), (name, place)
+    for sheet in folder.rglob("*.css"):
+        style = sheet.read_text(encoding="utf-8")
+        assert not re.search(r"url\(\s*['\"]?(?:https?:)?//|@import", style), sheet
+
+
+def test_every_link_leads_somewhere(texts: dict[str, str], folder: Path) -> None:
+    ids = {name: set(read(text).ids) for name, text in texts.items()}
+    for name, text in texts.items():
+        for link in read(text).linked:
+            if re.match(r"\w+:", link) or not link:
+                continue
+            place, _, anchor = link.partition("#")
+            other = str((folder / name).parent.joinpath(place).resolve().relative_to(folder)) if place else name
+            assert (folder / other).exists(), (name, link)
+            if anchor and other in ids:
+                assert html.unescape(anchor) in ids[other], (name, link)
+
+
+def test_all_is_there(texts: dict[str, str]) -> None:
+    whole = "".join(texts.values())
+    for module in modules():
+        for one in module.public:
+            assert f'id="{one.full}"' in whole, one.full
+            for member in one.members:
+                assert f'id="{member.full}"' in whole, member.full
+    for name in OBSERVERS:
+        assert f'id="observer-{name.replace("_", "-")}"' in texts["reference/observers.html"]
+    for name in SYMBOLS:
+        assert f'<span class="pre">{name}</span>' in texts["reference/notation.html"]
+    for claim in claims():
+        assert f'<span class="pre">{claim.id}</span>' in texts["reference/ledger.html"]
+
+
+def test_formulas_are_mathml_in_the_font_s_letters(texts: dict[str, str]) -> None:
+    from fontTools.ttLib import TTFont
+
+    font = TTFont(TOP / "imo_analysis" / "report" / "fonts" / "math.woff2").getBestCmap()
+    formulas_ = [formula for text in texts.values() for formula in re.findall(r"<math.*?</math>", text, re.DOTALL)]
+    assert len(formulas_) > 250
+    for name, text in texts.items():
+        assert 'class="unread"' not in text and not re.search(r"\\(?:hat|frac|dot)\b", strip(text)), name
+    letters = {letter for formula in formulas_ for letter in html.unescape(re.sub(r"<[^>]*>", "", formula))}
+    unseen = set("\u2061\u2062\u2063\u2064\u00a0\u2003")  # signs without a shape, and spaces
+    assert not {letter for letter in letters if ord(letter) > 127 and ord(letter) not in font} - unseen
+
+
+def strip(text: str) -> str:
+    """The page without attributes, of which MathML's have LaTeX in them."""
+    return re.sub(r"<[^>]*>", " ", re.sub(r"<script.*?</script>", "", text, flags=re.DOTALL))
+
+
+def test_a_formula_follows_its_definition(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The manual types no equation: change the function and the page changes."""
+    from imo_analysis.equations import parameters
+
+    before = formulas.equations(formulas.find("imo_analysis.equations.parameters:rotor_rate"), {}, ["alpha"])
+    assert before == [r"\alpha = \frac{R_r}{L_r}"]
+    monkeypatch.setattr(parameters, "rotor_rate", lambda R_r, L_r: R_r * L_r)
+    assert formulas.equations(formulas.find("imo_analysis.equations.parameters:rotor_rate"), {}, ["alpha"]) != before
+    with pytest.raises(InputError, match="is not a function"):
+        formulas.find("imo_analysis.equations.parameters:rotor_rat")
+    pages = "".join(page.read_text(encoding="utf-8") for page in MANUAL.rglob("*.md"))
+    assert not re.findall(r"\$\$|\\frac|\\dot\{\\hat|```\{math\}|\\begin", pages), "name the function in a definition directive"
+
+
+def test_signs_stand_in_for_helpers_only_while_a_formula_is_written() -> None:
+    from imo_analysis.equations import adaptive
+
+    base, rows = formulas.observer_equations("supervised")
+    assert base == "across" and any(r"G\left(S\right)" in row for row in rows)
+    assert adaptive.projection(2.0, 1.0, 0.05, 0.01) == 2.0
+
+
+@pytest.mark.parametrize(("old", "new", "said"), [
+    ("plant:plant\n", "plant:plantt\n", "is not a function"),
+    ("omega_dot", "omega_dot T_l", "6 names were given"),
+    ("p = R_s", "q = R_s", "no argument q"),
+    ("{doc}`b`", "{doc}`c`", "unknown document"),
+    ("`control`", "{py:obj}`imo_analysis.machin`", "reference target not found"),
+])
+def test_a_fault_stops_the_build(tmp_path: Path, old: str, new: str, said: str) -> None:
+    source = tmp_path / "source"
+    source.mkdir()
+    shutil.copy(MANUAL / "conf.py", source)
+    (source / "_static").mkdir()
+    (source / "_static" / "manual.css").write_text("")
+    (source / "b.md").write_text("# B\n")
+    page = """# A
+
+{doc}`b` and `control`
+
+```{toctree}
+b
+```
+
+```{definition} imo_analysis.equations.plant:plant
+:gives: i_ds_dot i_qs_dot phi_dr_dot phi_qr_dot omega_dot
+x = i_ds i_qs phi_dr phi_qr omega
+u = u_ds u_qs
+p = R_s L_m sigma beta alpha mu n_p J
+```
+"""
+    assert old in page
+    (source / "index.md").write_text(page.replace(old, new))
+    done = build(source, tmp_path / "out")
+    assert done.returncode != 0 and said in done.stderr
+
+
+# In a browser ----------------------------------------------------------------------------------------------------------
+PROBE = """<script>addEventListener("load",function(){setTimeout(function(){
+var m=document.querySelector("math");parent.postMessage(JSON.stringify({
+width:document.documentElement.scrollWidth,inner:innerWidth,math:m?m.getBoundingClientRect().height:9,
+loaded:performance.getEntriesByType("resource").map(function(e){return e.name}).filter(function(n){return !n.startsWith("file:")
+&&!n.startsWith("data:")})}),"*")},50)});</script>"""
+# a window of a browser without a screen is 500 px wide at least; a frame can be narrower
+FRAME = """<body><script>addEventListener("message",function(e){document.body.setAttribute("data-probe",e.data)})</script>
+<iframe src="PAGE" style="border:0;width:WIDTHpx;height:800px"></iframe></body>"""
+
+
+def browser() -> str:
+    found = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    if found is None:
+        if os.environ.get("CI") == "true":
+            pytest.fail("chromium is missing; CI installs it")
+        pytest.skip("chromium is not installed")
+    return found
+
+
+@pytest.mark.parametrize("name", ["tutorial", "theory/observers", "reference/study", "reference/names/pencils"])
+@pytest.mark.parametrize("width", [1280, 380])
+def test_in_a_browser(folder: Path, tmp_path: Path, name: str, width: int) -> None:
+    page = folder / f"{name}.html"
+    probed = page.with_name(f"probed-{width}-{page.name}")
+    probed.write_text(page.read_text(encoding="utf-8").replace("</body>", f"{PROBE}</body>"), encoding="utf-8")
+    frame = tmp_path / "frame.html"
+    frame.write_text(FRAME.replace("PAGE", probed.as_uri()).replace("WIDTH", str(width)), encoding="utf-8")
+    command = [browser(), "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync",
+               "--disable-background-networking", "--disable-component-update", f"--user-data-dir={tmp_path / 'profile'}",
+               "--window-size=1400,900", "--virtual-time-budget=4000", "--dump-dom", frame.as_uri()]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True)
+    finally:
+        probed.unlink()
+    match = re.search(r'data-probe="([^"]*)"', done.stdout)
+    assert match, done.stderr[-2000:]
+    seen = json.loads(html.unescape(match[1]))
+    assert seen["loaded"] == [] and seen["inner"] == width
+    assert seen["width"] <= seen["inner"], "the page is wider than the window"
+    assert seen["math"] > 5
