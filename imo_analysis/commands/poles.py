@@ -38,7 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help="gains for decay D (1/s) and damping Z up to speed W (rad/s), both ways")
     parser.add_argument("--plot", metavar="SVG", help="draw the poles against what is swept")
     parser.add_argument("--map", metavar="SVG", help="draw their paths in the s-plane; of two parameters, the stability map")
-    parser.add_argument("--show", metavar="WHAT", default="decay", help="of a map: decay, damping or settling_time (decay)")
+    parser.add_argument("--show", metavar="WHAT", default="decay", help="on a map: decay, damping or settling_time (decay)")
     parser.add_argument("--out", metavar="FILE", help="write the sweep, .nc or .csv")
 
 

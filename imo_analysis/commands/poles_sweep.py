@@ -123,7 +123,6 @@ def _values(args: argparse.Namespace, study: Study, over: dict[str, tuple[float,
 
 
 def _lines(args: argparse.Namespace, setups: dict[str, Setup], values: dict[str, Any], point: Any, kind: Any) -> dict[str, Any]:
-    from imo_analysis.pencils.maps import plot_plane
     from imo_analysis.pencils.sweep import pole_sweep
     from imo_analysis.pencils.table2 import table2
 
@@ -133,10 +132,13 @@ def _lines(args: argparse.Namespace, setups: dict[str, Setup], values: dict[str,
                                              "settled": " where the observer rests"}[kind]
     if args.plot:
         _save(args, found.plot("against", title), args.plot)
-    if args.map and kind == "frozen" and tuple(values) == ("omega",) and args.cloud is None:
-        beside = table2(next(iter(setups.values())).machine,
-                        {label: (one.observer, one.gains) for label, one in setups.items()})
-        _save(args, plot_plane(data, title, printed=beside), args.map)
+    if args.map and len(values) == 1 and args.cloud is None and kind != "settled":
+        beside = None
+        if kind == "frozen" and "omega" in values:
+            beside = table2(next(iter(setups.values())).machine,
+                            {label: (one.observer, one.gains) for label, one in setups.items()})
+        contours = "" if args.show == "decay" else args.show
+        _save(args, found.plot("plane", title, printed=beside, contours=contours), args.map)
     elif args.map:
         _save(args, found.plot("plane", title), args.map)
     if args.out:

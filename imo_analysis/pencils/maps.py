@@ -100,7 +100,7 @@ def _jumps(values: np.ndarray, re: np.ndarray, im: np.ndarray) -> np.ndarray:
 
 
 def plot_plane(
-    data: xr.Dataset, title: str = "", marks: Any = None, printed: xr.Dataset | None = None
+    data: xr.Dataset, title: str = "", marks: Any = None, printed: xr.Dataset | None = None, contours: str = ""
 ) -> Figure:
     """Paths of the poles in the s-plane, a panel an observer, coloured by the swept parameter, arrows towards its rise.
 
@@ -115,6 +115,8 @@ def plot_plane(
         for a sweep over the speed, and both ends and the middle for any other.
     printed : xarray.Dataset, optional
         From `imo_analysis.pencils.table2.table2`: the printed eigenvalues are drawn as crosses in the panel of their observer.
+    contours : str
+        ``damping`` for rays of constant damping ratio behind the paths, ``settling_time`` for lines of constant time to 2 %.
     """
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
@@ -145,6 +147,8 @@ def plot_plane(
             ax.set_title(label)
             ax.set_xlabel("real part (1/s)")
             ax.margins(0.08)
+            if contours:
+                _contours(ax, contours)
         for ax in axes.flat[len(observers):]:
             ax.set_axis_off()
         for row in axes:
@@ -160,6 +164,28 @@ def plot_plane(
         if len(values) > 1:
             figure.colorbar(mapping, ax=axes, label=_quantity(data[over]), shrink=0.85, pad=0.02)
     return figure
+
+
+def _contours(ax: Axes, quantity: str) -> None:
+    """Rays of constant damping ratio or lines of constant settling time, labelled at the edge; the limits stay."""
+    x, y = ax.get_xlim(), ax.get_ylim()
+    look: dict[str, Any] = {"color": LIMIT.color, "linewidth": 0.6, "linestyle": (0, (1, 2)), "zorder": 1}
+    words: dict[str, Any] = {"fontsize": 6.5, "color": "#4a4a4a", "clip_on": True}
+    if quantity == "damping":
+        for ratio in (0.1, 0.3, 0.5, 0.7, 0.9):
+            slope = np.sqrt(1 - ratio**2) / ratio
+            edge = max(x[0], -y[1] / slope)
+            for sign in (1.0, -1.0):
+                ax.plot([0.0, 2 * edge], [0.0, -2 * sign * slope * edge], **look)
+            ax.text(0.97 * edge, -0.97 * slope * edge, f"{ratio:g}", ha="left", va="top", **words)
+    else:
+        for time in (0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0):
+            at = -np.log(50.0) / time
+            if x[0] < at and abs(at) > 0.06 * (x[1] - x[0]):  # the slowest crowd at the axis
+                ax.axvline(at, **look)
+                ax.text(at, y[0] + 0.02 * (y[1] - y[0]), f" {time:g} s", rotation=90, ha="left", va="bottom", **words)
+    ax.set_xlim(x)
+    ax.set_ylim(y)
 
 
 def plot_points(data: xr.Dataset, title: str = "") -> Figure:

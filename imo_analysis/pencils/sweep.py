@@ -50,8 +50,10 @@ class PoleSweep:
         """Names of what was swept."""
         return tuple(self.data.attrs["over"].split(", "))
 
-    def plot(self, view: str = "plane", title: str = "") -> Figure:
+    def plot(self, view: str = "plane", title: str = "", **kwargs: Any) -> Figure:
         """A picture: ``plane``, the paths of the poles, or ``against``, real and imaginary part over one parameter.
+
+        ``kwargs`` are those of `imo_analysis.pencils.maps.plot_plane` (``marks``, ``printed``, ``contours``).
 
         Over two parameters, or of a cloud, the plane shows a point for each pole; a map of what two parameters do is
         `imo_analysis.pencils.stability.stability_map`.
@@ -66,7 +68,9 @@ class PoleSweep:
         views = {"plane": maps.plot_plane if self._followed else maps.plot_points, "against": maps.plot_against}
         if view not in views:
             raise InputError(f"view = {view!r} is not known; choose one of: {', '.join(views)}")
-        return views[view](self.data, title)
+        if view == "against" and len(self.over) > 1:
+            raise InputError(f"view = 'against' needs one swept parameter, and there are {', '.join(self.over)}; use plane")
+        return views[view](self.data, title, **kwargs)
 
     @property
     def _followed(self) -> bool:

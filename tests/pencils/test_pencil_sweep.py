@@ -2,12 +2,15 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import linear_sum_assignment
 
+from imo_analysis.drawing import svg_text
+from imo_analysis.equations.catalogue import OBSERVERS
 from imo_analysis.errors import InputError
 from imo_analysis.machine import preset
 from imo_analysis.pencils.boundaries import stability_boundaries
 from imo_analysis.pencils.branches import track
-from imo_analysis.pencils.error import OperatingPoint, poles_at
+from imo_analysis.pencils.error import OperatingPoint, frozen_pencil, poles_at
 from imo_analysis.pencils.setup import Setup
 from imo_analysis.pencils.sweep import grid, pole_sweep
 
@@ -111,6 +114,45 @@ def test_labels_and_padding() -> None:
 def test_refusals(values: list[float], over: str, message: str) -> None:
     with pytest.raises(InputError, match=message):
         pole_sweep(SETUP, {over: values})
+
+
+@pytest.mark.parametrize("name", OBSERVERS)
+def test_branches_are_the_poles_of_python_control(name: str) -> None:
+    gains = {**ADAPTIVE, **BASELINE, "kappa": 40.0, "k": 1.5, "eta": 1.0, "S_0": 1.0}
+    setup = Setup(name, MACHINE, {gain: gains[gain] for gain in OBSERVERS[name].gains})
+    data = pole_sweep(setup, {"omega": grid(-120.0, 140.0, 14)}).data
+    for k, omega in enumerate(data["omega"].values):
+        expected = frozen_pencil(MACHINE, name, setup.gains, float(omega)).poles()
+        distance = np.abs((data["re"].values[k] + 1j * data["im"].values[k])[:, None] - expected[None, :])
+        chosen = linear_sum_assignment(distance)
+        # of the double root at standstill an eigenvalue solver keeps half of the digits
+        assert distance[chosen].max() < (1e-9 if omega else 1e-6) * np.abs(expected).max()
+
+
+def test_pictures_of_a_sweep_and_of_a_cloud() -> None:
+    omega = grid(5.0, 90.0, 12)
+    one = pole_sweep({"a": SETUP, "b": KUBOTA}, {"omega": omega})
+    two = pole_sweep(SETUP, {"omega": omega, "k_2": [1.0, 2.0]})
+    cloud = pole_sweep({"a": SETUP, "b": KUBOTA}, {"omega": omega[::-1], "R_r": np.linspace(0.3, 0.5, 12)}, cloud=True)
+    assert dict(two.data.sizes) == {"omega": 12, "k_2": 2, "branch": 6} and two.over == ("omega", "k_2")
+    assert dict(cloud.data.sizes) == {"observer": 2, "sample": 12, "branch": 6}
+    pictures = [one.plot(), one.plot("against"), one.plot(contours="damping"), one.plot(contours="settling_time"), two.plot(),
+                cloud.plot()]
+    texts = [svg_text(picture) for picture in pictures]
+    assert len(set(texts)) == len(texts) and all("<svg" in text for text in texts)
+    for wrong, view in ((one, "globe"), (two, "against"), (cloud, "against")):
+        with pytest.raises(InputError, match=r"view = 'globe' is not known|needs one swept parameter"):
+            wrong.plot(view)
+    with pytest.raises(InputError, match="omega has 12, R_r has 3"):
+        pole_sweep(SETUP, {"omega": omega, "R_r": [0.3, 0.4, 0.5]}, cloud=True)
+
+
+def test_errors_of_the_believed_machine_are_the_machine_changed() -> None:
+    point = OperatingPoint(45.0, None)
+    by_error = pole_sweep(KUBOTA, {"R_r_error": [-0.2, 0.0, 0.3]}, point).data
+    by_value = pole_sweep(KUBOTA, {"R_r": [MACHINE.R_r * (1 + e) for e in (-0.2, 0.0, 0.3)]}, point).data
+    assert by_error["re"].values == pytest.approx(by_value["re"].values, rel=1e-12)
+    assert by_error["R_r_error"].attrs["units"] == "1"
 
 
 def test_unknown_parameter() -> None:
