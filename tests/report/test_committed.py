@@ -53,5 +53,6 @@ def test_study_and_page() -> None:
 
 
 def test_size() -> None:
+    assert (PAPER / "index.html").stat().st_size < 3_000_000
     total = sum(path.stat().st_size for path in PAPER.parent.rglob("*") if path.is_file())
     assert total < 4_500_000

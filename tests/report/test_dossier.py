@@ -95,6 +95,10 @@ def test_the_first_screen_counts_what_the_ledger_says(text: str, folder: Path) -
     assert summary["schema"] == "imo-report/1" and sum(summary["verdicts"].values()) == len(ledger["entries"])
 
 
+def test_it_is_small(text: str) -> None:
+    assert len(text.encode()) < 3_000_000
+
+
 def test_files(text: str, folder: Path) -> None:
     summary = json.loads((folder.parent / "summary.json").read_text(encoding="utf-8"))
     listed = {one["name"] for one in summary["files"]}
@@ -127,6 +131,36 @@ def test_runs_can_be_loaded(folder: Path) -> None:
 
 def test_what_overflows_is_not_the_observer(text: str) -> None:
     assert "loses the speed for good at" in text and "the overflow later is that of the integrator" in text
+
+
+def test_as_markdown(text: str, folder: Path) -> None:
+    written = (folder / "index.md").read_text(encoding="utf-8")
+    assert not re.search(r"<(?!a id=|/a>)[a-z]", re.sub(r"`[^`]*`|```.*?```", "", written, flags=re.DOTALL)), "HTML is left over"
+    for level in (1, 2, 3):
+        in_page = len(re.findall(rf"<h{level}[ >]", text))
+        assert len(re.findall(rf"^{'#' * level} ", written, re.MULTILINE)) == in_page > 0
+    assert written.count("\n![") == text.count("<figure")
+    for file in re.findall(r"!\[[^\]]*\]\(([^)]*)\)", written):
+        assert (folder / file).is_file()
+    assert all(f'<a id="entry-{claim.id}"></a>' in written for claim in claims())
+    assert set(re.findall(r"\]\(#([^)]*)\)", written)) <= set(re.findall(r'<a id="([^"]*)">', written))
+    assert r"\hat{\alpha}" in written and "\\class" not in written
+    for row in re.findall(r"^\|.*$", written, re.MULTILINE):
+        assert row.endswith("|")
+
+
+def test_a_printer_that_is_missing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from imo_analysis.report.pdf import browser, print_page
+
+    page = tmp_path / "index.html"
+    page.write_text('<p>A page. <a href="beside.csv">a file</a> <a href="#top">top</a></p>', encoding="utf-8")
+    if browser() is not None:
+        assert print_page(page, tmp_path / "index.pdf") == ""
+        printed = (tmp_path / "index.pdf").read_bytes()
+        assert printed.startswith(b"%PDF") and b"file://" not in printed
+    monkeypatch.setenv("PATH", str(tmp_path))
+    said = print_page(page, tmp_path / "none.pdf")
+    assert said.startswith("no PDF: none of chromium") and "\n" not in said and not (tmp_path / "none.pdf").exists()
 
 
 def test_every_symbol_is_explained(text: str) -> None:

@@ -1,0 +1,266 @@
+"""The dossier of other people's motors: what its sentences say is what the runs and tables beside the page hold.
+
+Three machines (2.2 kW, 45 kW, and the paper's with alpha badly wrong in every observer), none of them the paper's case, with
+observers that lose the speed and one that overflows. What the same for every machine is not computed three times.
+"""
+
+import html
+import json
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from imo_analysis.ledger.book import entries
+from imo_analysis.report.dossier import Written, write_dossier
+from imo_analysis.report.scenarios import OFF
+from imo_analysis.study import Study
+
+pytestmark = pytest.mark.slow
+
+PLATE_45 = {"power": 45e3, "voltage": 400.0, "current": 80.0, "power_factor": 0.86, "frequency": 50.0, "speed": "1475 rpm"}
+
+
+def shortened(data: dict[str, Any], omega: float, **more: Any) -> Study:
+    """The study with one scenario of speed steps, one that goes backward, and the printed feedbacks."""
+    gains = data["observers"]["consistent_12"]["gains"]
+    steps = {"simulation": {"duration": 1.6},
+             "reference": {"shape": "steps", "time": [0.0, 0.8], "omega": [0.5 * omega, omega]},
+             "windows": [{"title": "step", "start": 0.8, "stop": 1.2, "caption": "to the higher speed"}]}
+    back = {"title": "backward", "simulation": {"duration": 1.2},
+            "reference": {"shape": "steps", "time": [0.0], "omega": [-0.5 * omega]},
+            "windows": [{"title": "backward", "start": 0.2, "stop": 1.0, "caption": "negative speed"}]}
+    printed = {name: {"kind": name, "gains": gains} for name in ("printed_7", "printed_L")}
+    rest = {key: value for key, value in data.items() if key not in ("scenarios", "reference", "load", "simulation", "windows")}
+    return Study.from_data({
+        **rest, **more, "simulation": {"duration": 1.6, "record_every": 10},
+        "reference": {"shape": "steps", "time": [0.0], "omega": [omega]},
+        "load": {"shape": "steps", "time": [0.0], "T_l": [0.0]},
+        "poles": {"omega": [0.5 * omega, omega], "sweep": {"start": -omega, "stop": omega, "count": 41}},
+        "scenarios": {"steps": {"title": "steps", **steps}, "back": back, "divergence": {
+            "title": "as printed", "simulation": {"duration": 1.5}, "observers": printed, "windows": []}}})
+
+
+def small() -> Study:
+    from imo_analysis.machine import PRESETS
+    from imo_analysis.tuning.start import study_text
+
+    return shortened(dict(Study.from_toml(study_text(PRESETS["motulator-2.2-kw"]), "small").data), 150.0)
+
+
+def large() -> Study:
+    from imo_analysis.commands.study_own import plated
+    from imo_analysis.tuning.start import study_text
+
+    plate, machine = plated({"nameplate": PLATE_45, "machine": {"name": "m45", "J": 0.45}}, "large")
+    assert plate.power == 45e3
+    return shortened(dict(Study.from_toml(study_text(machine), "large").data), 200.0)
+
+
+def wrong() -> Study:
+    """Another rotor resistance than the paper's, and every observer believes twice or three times the alpha there is."""
+    data = json.loads(json.dumps(dict(Study.paper().data), default=dict))
+    machine = Study.paper().machine
+    fields = {name: getattr(machine, name) for name in ("n_p", "R_s", "L_m", "L_s", "L_r", "J")}
+    for name, one in data["observers"].items():
+        one["errors"] = {"R_r": 1.0}
+        if name != "baseline" and one["kind"] != "baseline_scheduled":
+            one["initial"] = {"alpha_hat": 3.0 * machine.alpha}
+    return shortened(data, 100.0, machine={**fields, "R_r": 1.1 * machine.R_r, "name": "wrong alpha"})
+
+
+@cache
+def settled() -> Any:
+    return entries(("flint",))
+
+
+CASES = {"small": small, "large": large, "wrong": wrong}
+
+
+class Made(NamedTuple):
+    """A study with its dossier: what was written, the page, and the folder."""
+
+    study: Study
+    written: Written
+    text: str
+    out: Path
+
+
+@contextmanager
+def light() -> Iterator[None]:
+    """Without what is the same for every machine: ledger and proofs on Table II are tested elsewhere, the modulation too."""
+    from imo_analysis.report import checks, drive, modulation
+
+    seen: dict[str, Any] = {}
+
+    @contextmanager
+    def beside(path: Path, file: Path) -> Iterator[None]:
+        seen["no_map"] = drive.compute(Study.load(file), path.parent)
+        yield None
+
+    nothing = {"claims": 0, "tried": 0, "rejected": {}, "equivalent": [], "missed": []}
+    code = {"functions": 0, "tried": 0, "killed": 0, "equivalent": [], "survived": [], "unchecked": []}
+
+    def collect(worker: None, path: Path) -> dict[str, Any]:
+        path.write_text("{}", encoding="utf-8")
+        return {"mutants": nothing, "definition_mutants": code, "constants": [], "refutations": [], **seen}
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(checks, "beside", beside)
+        patch.setattr(checks, "collect", collect)
+        patch.setattr("imo_analysis.ledger.book.entries", lambda kernels=(): settled())
+        patch.setattr(modulation, "modulation", lambda study, folder: None)
+        yield
+
+
+@pytest.fixture(scope="module", params=CASES)
+def made(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Made:
+    """The dossier of a machine."""
+    study = CASES[request.param]()
+    out = tmp_path_factory.mktemp(request.param) / "out"
+    with light():
+        written = write_dossier(study, out, lambda line: None)
+    return Made(study, written, (out / "index.html").read_text(encoding="utf-8"), out)
+
+
+def test_twice_the_same_bytes(tmp_path: Path) -> None:
+    with light():
+        for name in ("first", "second"):
+            write_dossier(wrong(), tmp_path / name, lambda line: None, with_markdown=True)
+    first, second = ({str(path.relative_to(tmp_path / name)): path.read_bytes() for path in (tmp_path / name).rglob("*")
+                      if path.is_file()} for name in ("first", "second"))
+    assert len(first) > 20 and first.keys() == second.keys()
+    assert [name for name in first if first[name] != second[name]] == []
+
+
+def plain(text: str) -> str:
+    """What a reader reads, with formulas as their LaTeX."""
+    text = re.sub(r'<math[^>]*alttext="([^"]*)".*?</math>', r"\1", text, flags=re.DOTALL)
+    text = re.sub(r"<(script|style|svg).*?</\1>", "", text, flags=re.DOTALL)
+    return re.sub(r"\s+", " ", html.unescape(re.sub(r"<[^>]+>", " ", text)))
+
+
+def chapter(text: str, anchor: str) -> str:
+    return text.split(f'<section id="{anchor}"')[1].split("</section>")[0]
+
+
+def errors_at_end(out: Path, name: str) -> dict[str, tuple[float, float]]:
+    """Speed and its error at the end of a run, from its file."""
+    run = xr.load_dataset(out / "runs" / f"{name}.nc", engine="h5netcdf").isel(time=-1)
+    return {str(one): (float(run["omega"]), abs(float(run["omega"] - run["omega_hat"].sel(observer=one))))
+            for one in run["observer"].values}
+
+
+def test_it_is_about_this_machine(made: Made) -> None:
+    words = plain(made.text)
+    assert f"{made.study.machine.alpha:.4g}" in plain(chapter(made.text, "top"))
+    for only_the_papers in ("The two readings of alpha", "Table II, printed and computed", "off its Fig.",
+                            "What the paper says of its"):
+        assert only_the_papers not in words
+    assert 'class="unread"' not in made.text and " nan " not in words and "inf rad" not in words and len(made.text) < 3_000_000
+
+
+@pytest.mark.parametrize("name", ["steps", "back"])
+def test_who_tracks(made: Made, name: str) -> None:
+    """The table on top and the list of strays against the run's own file."""
+    title = made.study.scenario(name).title
+    rows = re.findall(rf"<tr><td>{title}</td><td><code>(\w+)</code></td><td>([^<]*)</td>", chapter(made.text, "top"))
+    said = dict(rows)
+    truth = errors_at_end(made.out, name)
+    assert set(said) == set(truth)
+    for observer, (omega, error) in truth.items():
+        expected = "is lost" if np.isnan(error) else "tracks" if error <= OFF * max(abs(omega), 1.0) else "is off"
+        assert said[observer] == expected, (observer, omega, error)
+    strays = [line for line in made.written.found if line.startswith(f"{title}: at the end")]
+    bad = {observer for observer, word in said.items() if word != "tracks"}
+    assert {one for line in strays for one in re.findall(r"`(\w+)`", line)} == bad
+
+
+def test_both_outcomes_occur(made: Made) -> None:
+    """The sentences are put to the test only where some observers track and some do not."""
+    words = set(re.findall(r"<td>(tracks|is off|is lost)</td>", chapter(made.text, "top")))
+    assert len(words) >= 2
+
+
+def test_what_diverges_says_so(made: Made) -> None:
+    from imo_analysis.errors import Diverged
+    from imo_analysis.simulation.run import simulate
+
+    part = plain(chapter(made.text, "simulations"))
+    try:
+        run = simulate(made.study.scenario("divergence"))
+    except Diverged as error:
+        run = error.data
+    for observer in run["observer"].values:
+        hat = run["omega_hat"].sel(observer=observer).values
+        omega = run["omega"].values
+        row = re.search(rf" {observer} [^.]*?(loses the speed for good|stays finite and ends off the speed|stays)",
+                        part.split("as printed")[-1])
+        assert row, observer
+        if not np.isfinite(hat).all():
+            assert row[1] == "loses the speed for good", observer
+        else:
+            right = abs(hat[-1] - omega[-1]) <= OFF * max(abs(omega[-1]), 1.0)
+            assert row[1] == ("stays" if right else "stays finite and ends off the speed"), observer
+    overflowed = [str(one) for one in run["observer"].values
+                  if not np.isfinite(run["omega_hat"].sel(observer=one).values).all()]
+    assert ("Lost: " in part) == bool(overflowed)
+    for name in overflowed:
+        assert name in part.split("Lost: ")[1].split("What the observer does")[0]
+
+
+def test_which_poles_are_unstable(made: Made) -> None:
+    sweep = xr.load_dataset(made.out / "poles.nc", engine="h5netcdf")
+    body = chapter(made.text, "poles")
+    for name in sweep["observer"].values:
+        one = sweep.sel(observer=name)
+        size = float(np.nanmax(np.hypot(one["re"], one["im"])))
+        bad = one["omega"].values[(one["re"] > 1e-6 * size).any("branch").values]
+        said = re.search(rf"<code>{name}</code></td><td>([^<]*)</td>", body)[1]  # type: ignore[index]
+        if bad.size:
+            low, high = (float(f"{value:g}") for value in (bad.min(), bad.max()))
+            numbers = [float(value.replace("−", "-")) for value in re.findall(r"[-−]?[\d.]+(?:e-?\d+)?", said)]
+            assert said.startswith("unstable") and (min(numbers), max(numbers)) == (low, high)
+        else:
+            assert said.startswith("none")
+    named = [line for line in made.written.found if "right half plane" in line]
+    assert bool(named) == any("unstable at" in row for row in re.findall(r"<td>([^<]*)</td>", body))
+
+
+def test_where_the_loop_holds(made: Made) -> None:
+    part = plain(chapter(made.text, "drive"))
+    plane = xr.load_dataset(made.out / "sensorless.nc", engine="h5netcdf")
+    for name in plane["observer"].values:
+        share = float(plane["holds"].sel(observer=name).mean())
+        assert f"{name} holds at {100 * share:.0f} % of the points" in part
+        assert (f"{name} holds at 100 % of the points. It is lost nowhere" in part) == (share == 1)
+    lost = 1 - plane["holds"].values
+    near = np.abs(plane["stator_frequency"].values) <= 0.1 * np.abs(plane["stator_frequency"].values).max()
+    wedge = any(one[near].mean() > 5 * one[~near].mean() for one in lost)
+    assert ("in which holding is luck" in part) == wedge
+
+
+def test_best_and_worst_of_a_window(made: Made) -> None:
+    """The table of the window orders the observers as the run does."""
+    part = chapter(made.text, "simulations")
+    run = xr.load_dataset(made.out / "runs" / "steps-window1.nc", engine="h5netcdf")
+    peaks = {str(one): float(np.abs(run["omega"] - run["omega_hat"].sel(observer=one)).max()) for one in run["observer"].values}
+    body = part.split("step: 0.8 to 1.2 s")[1].split("</table>")[0]
+    said = dict(re.findall(r"<td>(\w+)</td><td class=\"n\">([^<]*)</td>", body))
+    assert set(said) == set(peaks)
+    for name, value in said.items():
+        mantissa, _, power = value.replace("−", "-").partition("·10")
+        number = float(mantissa) * 10.0 ** int(power.translate(str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")) or 0)
+        assert number == pytest.approx(peaks[name], rel=0.02, abs=1e-9)  # the file holds one sample in some
+
+
+def test_commands_name_what_the_study_has(made: Made) -> None:
+    words = plain(chapter(made.text, "reproduce")) + plain(chapter(made.text, "simulations"))
+    named = set(re.findall(r"--scenario (\w+)", words))
+    assert named <= set(made.study.scenarios)
