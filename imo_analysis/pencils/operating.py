@@ -6,8 +6,8 @@ are found by Newton's method with the exact derivative, followed from no error t
 belongs to the true one. Two things have no such state, and are not pretended to have one:
 
 - alpha_hat. At constant flux the laws (9) and (11) see one signal, so that with the right other parameters alpha_hat rests
-  anywhere on a line, and with wrong ones nowhere inside its bounds. It is held at what is believed, and the rate at which its
-  law would move it is given (``alpha_rate``; zero: it rests).
+  anywhere on a line, and with wrong ones in general nowhere on it. It is held at what is believed, and the rate at which its
+  law would move it from there is given (``alpha_rate``; zero: it rests).
 - Any estimate at zero stator frequency, where nothing determines omega_hat.
 
 For maps::
@@ -16,6 +16,25 @@ For maps::
 
 with ``point`` an `OperatingPoint` of arrays and ``errors`` relative errors by machine field, such as
 ``{"R_r": np.linspace(-0.5, 0.5, 101)}``, that broadcast; NaN, with the reason, where there is no such state.
+
+Examples
+--------
+The repaired observer at 10 rad/s believes R_s 20 % too large:
+
+>>> from imo_analysis.machine import PRESETS
+>>> from imo_analysis.pencils.error import OperatingPoint
+>>> from imo_analysis.pencils.operating import equilibrium, poles_with_errors
+>>> machine, point = PRESETS["table-iii-printed-alpha"], OperatingPoint(omega=10.0, flux=0.5307, slip=3.0)
+>>> gains = dict(k_1=300, kappa=50, k_3=100, g=1, K_p=100, alpha_l=0.05, delta=0.01)
+>>> at = equilibrium(machine, "repaired", gains, point, {"R_s": 0.2})
+>>> print(f"speed error {at.errors['omega_tilde']:.2f} rad/s; its law would move alpha_hat at {at.alpha_rate:.3g} /s^2")
+speed error -1.01 rad/s; its law would move alpha_hat at -1.84 /s^2
+
+A wrong R_r shifts the speed by the slip that it explains, at any speed, and nothing else:
+
+>>> poles, at = poles_with_errors(machine, "repaired", gains, OperatingPoint([10.0, 60.0], 0.5307, 3.0), {"R_r": 0.5})
+>>> print(at.errors["omega_tilde"].round(9), poles.real.max(axis=-1).round(9) + 0.0)
+[1.5 1.5] [0. 0.]
 """
 
 from __future__ import annotations
@@ -40,7 +59,9 @@ _SHORTEST = 2.0**-14  # of the way from no error to the whole error
 _NEWTON = 8
 _STRAIGHT = 0.5  # of a step may be corrected after Newton's first move
 _TOLERANCE = 1e-11  # of the size of each estimate
+_STANDING = 1e-6  # rad/s, a stator frequency that counts as zero
 STANDSTILL = "stator frequency is zero: nothing determines omega_hat"
+NO_LAW = "the gain of the speed adaptation is zero: nothing determines omega_hat"
 LOST = "the state at rest ends on the way from no error to this one"
 
 
@@ -108,18 +129,20 @@ def equilibrium(
     (true, believed, fixed), shape = _numbers(machine, name, gains, point, dict(errors or {}), alpha_hat)
     start = {state: true[state.removesuffix("_hat")] for state in law.states}
     x = np.stack(list(start.values()), axis=-1)
-    moving = true["stator_frequency"] != 0
+    moving = np.abs(true["stator_frequency"]) > _STANDING
+    n = len(law.states)
+    lawless = ~np.any(law.derivative({**true, **fixed, **start})[:, law.states.index("omega_hat"), :n], axis=-1)
     found = np.zeros(x.shape[0], dtype=bool)
-    lanes = np.flatnonzero(moving)
+    lanes = np.flatnonzero(moving & ~lawless)
     here, told = ({key: value[lanes] for key, value in group.items()} for group in (true | fixed, believed))
     x[lanes], found[lanes] = _follow(law, x[lanes], here, told, _scales(start, true["stator_frequency"])[lanes])
     x[~found] = np.nan
     values = {**true, **fixed, **believed, **dict(zip(law.states, x.T, strict=True))}
-    flux = law.rates(values)[:, len(law.states):]
+    flux = law.rates(values)[:, n:]
     estimates = {**dict(zip(law.states, x.T, strict=True)), **dict(zip(law.outputs, flux.T, strict=True))}
     errors_of = {f"{key.removesuffix('_hat')}_tilde": true[key.removesuffix("_hat")] - value
                  for key, value in estimates.items()}
-    reason = np.where(found, "", np.where(moving, LOST, STANDSTILL))
+    reason = np.where(found, "", np.where(~moving, STANDSTILL, np.where(lawless, NO_LAW, LOST)))
     return Equilibrium(
         {key: value.reshape(shape) for key, value in estimates.items()},
         {key: value.reshape(shape) for key, value in errors_of.items()},
@@ -138,8 +161,10 @@ def poles_with_errors(
     """Poles of the linearisation where an observer with parameter errors settles, alpha_hat held; and that state.
 
     Arguments as for `equilibrium`. The poles have the shape ``(..., n)``, in 1/s, and are NaN where there is no such state.
-    Observers with xi have two poles at -+j times the stator frequency by structure: constant offsets of z_hat and xi_hat that
-    the currents do not see.
+    Observers with xi have two poles at plus and minus j times the stator frequency: constant offsets of z_hat and xi_hat that
+    the currents do not see. In the repaired forms they are there by structure, for q = k_3 z_tilde - j kappa s xi_tilde turns
+    alone whatever is believed. In the paper's conventions omega_hat acts on z_hat through what current error remains, so that
+    with a wrong R_s or leakage these two move off the axis, and may grow, slowly.
     """
     at = equilibrium(machine, name, gains, point, errors, alpha_hat)
     law = held_rates(name)

@@ -353,7 +353,10 @@ def evaluator(
 def _settled(
     machine: InductionMachine, observer: str, gains: Gains, point: OperatingPoint, arrays: Any, shape: Any, pair: Any
 ) -> Poles:
-    """The poles where an observer with parameter errors rests, without the two at plus and minus j times the frequency."""
+    """The poles where an observer with parameter errors rests, without the two at plus and minus j times the frequency.
+
+    Those are exactly there but for the paper's conventions with a wrong R_s or leakage: see `operating.poles_with_errors`.
+    """
     from imo_analysis.pencils.operating import poles_with_errors
 
     def whole(values: Any) -> np.ndarray:

@@ -86,7 +86,7 @@ def test_what_the_currents_do_not_see_is_neutral(name: str) -> None:
 
 @pytest.mark.parametrize("name", OBSERVERS)
 def test_control_linearizes_the_definitions_to_the_same(name: str) -> None:
-    """python-control's finite differences of the nonlinear observer, in the axes at rest, at the instant the flux is along d."""
+    """python-control's finite differences of the nonlinear observer, in the axes at rest, while the flux is along d."""
     import control
 
     from imo_analysis.pencils.jacobian import derive

@@ -1,5 +1,6 @@
 """Where observers with parameter errors settle: exact cases, a scalar root, a simulation, folds, and refusals."""
 
+import doctest
 from typing import Any
 
 import numpy as np
@@ -9,9 +10,10 @@ import pytest
 from imo_analysis.equations.catalogue import OBSERVERS, PARAMETERS, RUNNING_GRAM
 from imo_analysis.errors import InputError
 from imo_analysis.machine import preset
+from imo_analysis.pencils import operating
 from imo_analysis.pencils.error import OperatingPoint, full_matrix
 from imo_analysis.pencils.jacobian import commutes_with_rotation
-from imo_analysis.pencils.operating import LOST, STANDSTILL, equilibrium, pencil_with_errors, poles_with_errors
+from imo_analysis.pencils.operating import LOST, NO_LAW, STANDSTILL, equilibrium, pencil_with_errors, poles_with_errors
 from imo_analysis.study import Study
 
 MACHINE = preset("table-iii-printed-alpha")
@@ -113,6 +115,20 @@ def test_a_simulation_settles_there(name: str) -> None:
     assert abs(float(rest.errors["omega_tilde"])) > 0.1
 
 
+@pytest.mark.parametrize("error", [{"R_s": 0.4}, {"sigma": 0.3}])
+def test_offsets_stay_in_the_repaired_forms_and_grow_in_the_printed_one(error: dict[str, float]) -> None:
+    """What the currents do not see: neutral to rounding where q is conserved, of its own pace where omega_hat feeds z_hat."""
+    point = OperatingPoint(30.0, 0.5307, 3.0)
+    pace = {}
+    for name in ("repaired", "quiet", "consistent_12"):
+        found, _ = poles_with_errors(MACHINE, name, gains(name), point, error)
+        pace[name] = float(found[np.argmin(np.abs(found - 33j))].real)
+    assert abs(pace["repaired"]) < 1e-9 and abs(pace["quiet"]) < 1e-9
+    assert 1e-6 < pace["consistent_12"] < 0.1
+    found, alone = poles_with_errors(MACHINE, "consistent_12", gains("consistent_12"), point, {"R_r": 0.4})
+    assert abs(alone.errors["i_ds_tilde"]) < 1e-9 and abs(float(found[np.argmin(np.abs(found - 33j))].real)) < 1e-9
+
+
 def test_where_a_branch_folds() -> None:
     """Braking at low speed with R_s believed too large: the smallest pole vanishes as the square root of the distance.
 
@@ -155,6 +171,10 @@ def test_a_map_is_the_single_points_and_says_why_not() -> None:
     assert np.all(at.reason[:, 1] == STANDSTILL) and np.all(np.isnan(found[:, 1]))
     one, _ = poles_with_errors(MACHINE, "repaired", gains("repaired"), POINT, {"R_r": 0.2})
     assert np.abs(found[1, 2] - one).max() < 1e-9
+    several = gains("repaired") | {"kappa": np.array([50.0, 70.0])}  # type: ignore[operator]
+    both, _ = poles_with_errors(MACHINE, "repaired", several, POINT, {"R_r": 0.2})
+    assert np.abs(both[1] - one).max() < 1e-9 and np.abs(both[0] - one).max() > 1
+    assert equilibrium(MACHINE, "repaired", gains("repaired") | {"K_p": 0.0}, POINT).reason == NO_LAW
     assert np.all(np.isnan(at.errors["omega_tilde"][:, 1])) and np.all(np.isfinite(at.errors["omega_tilde"][:, ::2]))
 
 
@@ -185,6 +205,11 @@ def test_the_input_alpha_is_where_alpha_hat_is_held(name: str) -> None:
 def test_operating_refusals(call: Any, message: str) -> None:
     with pytest.raises(InputError, match=message):
         call()
+
+
+def test_the_example_of_the_docstring() -> None:
+    result = doctest.testmod(operating)
+    assert result.attempted > 5 and result.failed == 0
 
 
 def test_errors_are_those_of_a_study() -> None:
