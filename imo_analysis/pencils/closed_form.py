@@ -51,7 +51,13 @@ class ClosedForm:
     function: Any
 
     def poles(self, values: Mapping[str, Any]) -> np.ndarray:
-        """The four poles that can move, complex, shape ``(..., 4)``: larger, smaller, and their conjugates."""
+        """The four poles that can move, complex, shape ``(..., 4)``: larger, smaller, and their conjugates.
+
+        Parameters
+        ----------
+        values : mapping
+            The arguments by name, floats or arrays that broadcast.
+        """
         re_1, im_1, re_2, im_2 = pairs(self, values)
         result = np.empty((*re_1.shape, 4), dtype=complex)
         result.real[..., 0::2], result.imag[..., 0], result.imag[..., 2] = re_1[..., None], im_1, -im_1
@@ -62,6 +68,11 @@ class ClosedForm:
 @cache
 def closed_form(name: str) -> ClosedForm | None:
     """The quadratic of an observer, or None where its frozen-speed polynomial does not factor into one.
+
+    Parameters
+    ----------
+    name : str
+        The observer, as in the catalogue.
 
     Raises
     ------

@@ -50,7 +50,13 @@ class Comparison:
     data: xr.Dataset
 
     def plot(self, title: str = "") -> Figure:
-        """Slowest decay and least damping over the speed, a line an observer, for the largest of the limits."""
+        """Slowest decay and least damping over the speed, a line an observer, for the last of the limits.
+
+        Parameters
+        ----------
+        title : str
+            Above the picture, in place of the rule.
+        """
         return _plot(self.data, title)
 
 

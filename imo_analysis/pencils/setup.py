@@ -32,7 +32,14 @@ class Setup:
 
     @classmethod
     def of_study(cls, study: Study, label: str) -> Setup:
-        """An observer of a study, under its label there."""
+        """An observer of a study.
+
+        Parameters
+        ----------
+        study : Study
+        label : str
+            The observer's name in the study.
+        """
         settings = study.observers[label]
         return cls(settings.kind, study.observer_machine(label), settings.gains)
 

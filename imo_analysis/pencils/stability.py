@@ -40,7 +40,14 @@ class StabilityMap:
         return {str(label): float(stable.sel(observer=label)) for label in stable["observer"].values}
 
     def plot(self, quantity: str = "decay", title: str = "") -> Figure:
-        """Shades and labelled contours of ``decay``, ``damping`` or ``settling_time``, with the limit of stability heavy.
+        """Shades and labelled contours, with the limit of stability heavy.
+
+        Parameters
+        ----------
+        quantity : str
+            ``decay``, ``damping`` or ``settling_time``.
+        title : str
+            Above the picture.
 
         Raises
         ------

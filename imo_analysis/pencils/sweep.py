@@ -51,10 +51,19 @@ class PoleSweep:
         return tuple(self.data.attrs["over"].split(", "))
 
     def plot(self, view: str = "plane", title: str = "", **kwargs: Any) -> Figure:
-        """A picture: ``plane``, the paths of the poles, or ``against``, real and imaginary part over one parameter.
+        """A picture of the poles.
 
-        ``kwargs`` are those of `imo_analysis.pencils.maps.plot_plane` (``marks``, ``printed``, ``contours``).
+        Parameters
+        ----------
+        view : str
+            ``plane``, the paths of the poles, or ``against``, real and imaginary part over one parameter.
+        title : str
+            Above the picture.
+        **kwargs
+            Those of `imo_analysis.pencils.maps.plot_plane`: ``marks``, ``printed``, ``contours``.
 
+        Notes
+        -----
         Over two parameters, or of a cloud, the plane shows a point for each pole; a map of what two parameters do is
         `imo_analysis.pencils.stability.stability_map`.
 
