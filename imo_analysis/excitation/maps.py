@@ -1,12 +1,8 @@
 """Identifiability over the speed-torque plane and over flux modulation, as labelled data.
 
 Numbers are Cramer-Rao bounds (`imo_analysis.excitation.bounds`): the smallest standard deviation that an unbiased
-estimate can have. That some motions cannot be told apart whatever the parameters, so that no observer converges along
-every motion, is in Ibarra-Rojas, Moreno, Espinosa-Perez, Automatica 40(6), 2004. Other published analyses, to be read
-beside the maps: Canudas de Wit, Youssef, Barbot, Martin, Malrait, IEEE CDC 2000 (low frequencies); Vaclavek, Blaha,
-Herman, IEEE Trans. Ind. Electron. 60(8), 2013. Speed with rotor resistance: Kubota, Matsuse, IEEE Trans. Ind. Appl.
-30(5), 1994, the paper's reference 5. The lines in the maps are computed and proved here (claims ``excitation.*``), not
-taken from them.
+estimate can have. What others have published beside it: `imo_analysis.excitation.published`. The lines in the maps are computed
+and proved here (claims ``excitation.*``), not taken from them.
 """
 
 from __future__ import annotations

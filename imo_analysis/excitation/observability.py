@@ -19,7 +19,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
-from itertools import combinations
+from itertools import combinations, cycle
 from random import Random
 from typing import Any
 
@@ -199,6 +199,9 @@ def rank_table(mechanical: bool = True) -> tuple[Row, ...]:
     return tuple(Row(p, len(p.columns), {f.name: rank(p, f) for f in FAMILIES}) for p in problems(mechanical))
 
 
+_MINORS = 3  # whose common factors are the candidates for a surface on which a rank drops
+
+
 def steady_matrix(problem: Problem, fixed: str = "") -> Any:
     """The matrix in steady state as a sympy DomainMatrix over Q[omega, slip, M], in units where alpha and psi are 1.
 
@@ -228,6 +231,7 @@ def steady_rank(problem: Problem, fixed: str = "") -> int:
     return int(steady_matrix(problem, fixed).to_field().rank())
 
 
+@cache
 def steady_conditions(problem: Problem) -> tuple[int, list[Any]]:
     """The rank in steady state, and the surfaces on which it drops.
 
@@ -237,23 +241,24 @@ def steady_conditions(problem: Problem) -> tuple[int, list[Any]]:
         As `steady_rank`.
     factors : list of sympy expressions
         Irreducible polynomials in omega, slip and M > 0, in units where alpha and psi are 1 (zero flux always loses, see
-        `rank_table`). Where one is zero the rank drops. Candidates are the common factors of minors of random combinations
-        of rows; each is kept only if the rank does drop on its surface. What drops it on smaller sets only, such as two
+        `rank_table`). Where one is zero the rank drops. Candidates are the common factors of some minors;
+        each is kept only if the rank does drop on its surface. What drops it on smaller sets only, such as two
         conditions at once, is not listed.
     """
-    from sympy.polys.matrices import DomainMatrix
 
     matrix = steady_matrix(problem)
     size = steady_rank(problem)
     domain = matrix.domain
     common = domain.zero
     draw = Random(1)
-    for columns in combinations(range(matrix.shape[1]), size):
-        for _ in range(2):
-            mixing = [[domain(draw.randint(-9, 9)) for _ in range(matrix.shape[0])] for _ in range(size)]
-            chosen = matrix.extract(list(range(matrix.shape[0])), list(columns))
-            mixed = DomainMatrix(mixing, (size, matrix.shape[0]), domain) * chosen
-            common = domain.gcd(common, mixed.charpoly()[-1])  # the determinant up to sign, without fractions
+    minors = 0
+    for columns in cycle(combinations(range(matrix.shape[1]), size)):
+        chosen = matrix.extract(sorted(draw.sample(range(matrix.shape[0]), size)), list(columns))
+        minor = chosen.charpoly()[-1]  # the determinant up to sign, without fractions
+        common = domain.gcd(common, minor)
+        minors += bool(minor)
+        if minors == _MINORS:  # every surface on which the rank drops is a factor of each of them
+            break
     factors = [domain.to_sympy(factor) for factor, _ in common.factor_list()[1]] if common else []
     whole = matrix.to_Matrix()
     return size, [factor for factor in factors if not cannot_vanish(factor) and _drops(whole, factor, size)]

@@ -17,11 +17,16 @@ DEPTH, FREQUENCY = 0.05, 30.0  # of the flux modulation in the map: 5 %, 30 rad/
 
 @dataclass(frozen=True)
 class RankRow:
-    """Which quantities are unknown, the rank that tells all apart, and the rank on each family of motions."""
+    """Which quantities are unknown, the rank that tells all apart, and the rank on each family of motions.
+
+    ``steady`` is the rank in steady state, decided exactly, and ``drops`` what is zero where it is lower still.
+    """
 
     unknown: tuple[str, ...]
     needed: int
     ranks: dict[str, int]
+    steady: int
+    drops: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -64,6 +69,10 @@ def _even(start: float, stop: float, count: int) -> list[float]:
 
 
 def _ranks(mechanical: bool) -> list[RankRow]:
-    from imo_analysis.excitation.observability import rank_table
+    from imo_analysis.excitation.observability import rank_table, steady_conditions
 
-    return [RankRow(row.problem.unknown, row.size, row.ranks) for row in rank_table(mechanical)]
+    rows = []
+    for row in rank_table(mechanical):
+        steady, factors = steady_conditions(row.problem)
+        rows.append(RankRow(row.problem.unknown, row.size, row.ranks, steady, tuple(str(factor) for factor in factors)))
+    return rows

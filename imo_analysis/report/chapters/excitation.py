@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from imo_analysis.excitation.conditions import CONDITIONS
 from imo_analysis.excitation.design import LIMITS
+from imo_analysis.excitation.published import PUBLISHED, compare
 from imo_analysis.excitation.variations import Variation
 from imo_analysis.paper.statements import ALPHA_FIGURE, ALPHA_FINAL
 from imo_analysis.report.duty import EDGE, Duty
@@ -104,16 +105,33 @@ is proved by it; a deficit holds but for an unlucky draw).
         tag("details", tag("summary", "With the speed row of (1), and the load torque as an unknown"),
             _ranks(possible.mechanical, "Speed by the mechanical equation"), class_="more"),
         *(figure(drawn.svg, drawn.caption, drawn.caption, drawn.file) for drawn in possible.figures),
-        prose(
-            """
-Beside what is published: S. Ibarra-Rojas, J. Moreno, G. Espinosa-Perez (Automatica 40(6), 2004) show that some motions of
-the sensorless machine cannot be told apart whatever its parameters, so that no observer converges along every motion; the
-deficits above are such motions, with the unknowns that each one hides. Low frequencies are treated by C. Canudas de Wit, A.
-Youssef, J. P. Barbot, P. Martin, F. Malrait (IEEE CDC 2000), and by P. Vaclavek, P. Blaha, I. Herman (IEEE Trans. Ind.
-Electron. 60(8), 2013); the line of zero stator frequency in the maps is computed and proved here, not taken from them.
-"""
-        ),
+        _conditions(possible),
+        tag("h4", "Beside what is published"),
+        _published(),
     ]
+
+
+def _conditions(possible: Identifiability) -> Html:
+    rows = [
+        (typeset(", ".join(row.unknown) or "nothing but the flux"), model, f"{row.steady} of {row.needed}",
+         "; ".join(_SURFACES.get(one, one) for one in row.drops) or "nowhere")
+        for model, part in (("omega constant", possible.constant_speed), ("speed row of (1)", possible.mechanical))
+        for row in part
+    ]
+    caption = "Steady states with flux: the exact rank, and where in the speed-torque plane it is lower still (symbolically)"
+    return tag("details", tag("summary", "The exact conditions in steady state"),
+               table(("unknown", "model", "rank", "lower where"), rows, caption), class_="more")
+
+
+_SURFACES = {"slip": "no load (slip 0)", "omega + slip": "zero stator frequency"}
+
+
+def _published() -> Html:
+    rows = [(typeset(one.source), typeset(one.says), one.read, typeset(one.ours) if one.ours else "", compare(one))
+            for one in PUBLISHED]
+    return table(("source", "says", "checked against", "here", "the condition"), rows,
+                 "Published statements on the sensorless machine; the last column is computed: the condition as published "
+                 "against the one found here")
 
 
 def _steady(rows: Sequence[RankRow]) -> str:
