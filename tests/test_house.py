@@ -59,7 +59,8 @@ def test_nothing_user_given_is_executed() -> None:
 
 
 def test_no_path_of_a_machine_is_written_down() -> None:
-    listed = [*SOURCES, *(TOP / "tests").rglob("*.py"), *(TOP / "derivations").rglob("*.py"), *TOP.glob("*.md")]
+    listed = [*SOURCES, *(TOP / "tests").rglob("*.py"), *(TOP / "derivations").rglob("*.py"), *TOP.glob("*.md"),
+              *(path for kind in ("md", "rst", "py", "css") for path in (TOP / "manual").rglob(f"*.{kind}"))]
     pattern = re.compile(r"(?<![\w.])/(?:" + "home|root|work" + r")/\w")
     assert not [str(path) for path in listed if pattern.search(path.read_text(encoding="utf-8"))]
 
