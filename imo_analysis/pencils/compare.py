@@ -189,8 +189,8 @@ def _plot(data: xr.Dataset, title: str) -> Figure:
     figure, axes = new_figure(1, 2, width=7.6, height=3.4)
     with style():
         at = data.isel(fastest=-1)
-        for n, name in enumerate(data["observer"].values):
-            look = line(n)
+        for name in data["observer"].values:
+            look = line(str(name))
             for ax, quantity in zip(axes, ("decay", "damping"), strict=True):
                 ax.plot(at["omega"], at[quantity].sel(observer=name), label=str(name) if quantity == "decay" else None,
                         **look.kwargs())

@@ -138,6 +138,7 @@ def _compute(
     from imo_analysis.report.chapters.reproduce import reproduce_chapter
     from imo_analysis.report.chapters.simulations import simulations_chapter
     from imo_analysis.report.chapters.theorem import theorem_chapter
+    from imo_analysis.report.chapters.tuned import tuned_chapter
     from imo_analysis.report.chapters.verdicts import first_screen
     from imo_analysis.report.checks import beside, collect
     from imo_analysis.report.drift import varied
@@ -148,6 +149,7 @@ def _compute(
     from imo_analysis.report.paper_machine import is_paper
     from imo_analysis.report.pencils import pencils
     from imo_analysis.report.scenarios import divergences, run_scenario, scenario_names
+    from imo_analysis.report.tuned import tuned
 
     (work / "study.toml").write_text(study.to_toml(), encoding="utf-8")
     with beside(work / "checks.json", work / "study.toml") as worker:
@@ -161,6 +163,8 @@ def _compute(
         lost = divergences(study, note)
         grown = growth(study, work)
         scenarios = [run_scenario(study, name, work, note, runs) for name in scenario_names(study)]
+        note("gains: the study's and those of one rule")
+        judged_gains = tuned(study, work)
         note("excitation: a flux modulation that makes alpha identifiable")
         cured = modulation(study, work)
         moved = varied(study)
@@ -176,6 +180,7 @@ def _compute(
     chapters = [
         ledger_chapter(entries, proved), notation_chapter(), machine_chapter(study.machine), theorem_chapter(entries, *grown),
         pencils_chapter(poles, proved, papers, maps), simulations_chapter(study, scenarios, lost), drive_chapter(real),
+        tuned_chapter(judged_gains),
         excitation_chapter(judged, scenarios, possible, cured, moved, papers), reproduce_chapter(study, files),
     ]
     title = f"imo report: {study.title}"

@@ -149,7 +149,7 @@ def _table(node: Node) -> Iterator[str]:
 
 
 def _cell(cell: Node) -> str:
-    return _one_line(cell).replace("|", "\\|") or " "
+    return re.sub(r"(?<!\\)\|", r"\\|", _one_line(cell)) or " "
 
 
 def _figure(node: Node) -> Iterator[str]:
@@ -177,7 +177,7 @@ def _inline(nodes: list[Node | str]) -> str:
 
 def _piece(node: Node | str) -> str:
     if isinstance(node, str):
-        return re.sub(r"([*_<>])", r"\\\1", node)
+        return re.sub(r"([*_<>|])", r"\\\1", node)
     if node.tag in _LEFT_OUT:
         return ""
     inner = "".join(map(_piece, node.children))

@@ -96,7 +96,7 @@ def first_screen(study: Study, entries: Sequence[Entry], found: Sequence[str], o
     papers = [entry for entry in entries if not entry.claim.ours]
     numbers = counts(papers)
     tiles = [
-        tag("li", tag("a", tag("b", numbers[str(verdict)], " "), tag("span", f"{word}: {meaning}"), class_=f"tile {kind}",
+        tag("li", tag("a", tag("b", numbers[str(verdict)]), " ", tag("span", f"{word}: {meaning}"), class_=f"tile {kind}",
                       href="#ledger", data_verdict=kind))
         for verdict, (kind, word, meaning) in WORDS.items()
     ]

@@ -1,0 +1,135 @@
+"""The chapter on gains: the study's own against those of one rule for all, judged, compared and run."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+from imo_analysis.notation import symbol
+from imo_analysis.report.page import Chapter, Html, answer, figure, inline, join, number, prose, table, tag
+from imo_analysis.report.tuned import SHOWN, Judged, Tuned
+from imo_analysis.report.words import typeset
+
+_SCALE = {"settling": 1e3, "recovery": 1.0, "overshoot": 100.0, "noise": 1.0, "bias": 1.0}
+_HEAD = {"settling": "settling (ms)", "recovery": "recovery (s)", "overshoot": "overshoot (%)", "noise": "noise (rad/s)",
+         "bias": "largest bias (rad/s)"}
+
+_LOST = "unstable, or without a state at rest, in part of the range"
+
+
+def tuned_chapter(result: Tuned) -> Chapter:
+    """What the gains of the study give, and what the rule's."""
+    body = join([
+        prose("What are good gains, the paper leaves open. An observer is only as good as its gains, so that a comparison is "
+              "fair only where one rule has chosen all of them."),
+        *(_refused(result) if result.wish is None else (*_wish(result), *_judged(result), *_compared(result))),
+        tag("p", tag("code", "imo tune study.toml"), " searches for better gains than the rule's, and tries them in runs.",
+            class_="note"),
+    ])
+    return Chapter("gains", "Gains", "Gains by one rule: the repaired observers, the paper's and the baseline", body)
+
+
+def _refused(result: Tuned) -> list[Html]:
+    return [answer(typeset(f"There is nothing to compare: {result.refused}."))]
+
+
+def _wish(result: Tuned) -> list[Html]:
+    wish = result.wish
+    assert wish is not None
+    errors = ", ".join(f"${symbol(name).latex}$ by {100 * value:g} %" for name, value in wish.uncertainty.items())
+    limits = ", ".join(f"{_HEAD[name].split(' (')[0]} at most {_written(name, wish.limits[name])}"
+                       for name in SHOWN if name in wish.limits)
+    both = "in both directions" if len(wish.signs) > 1 else "forward"
+    return [prose(
+        f"The wish of the study: {limits}; from {wish.low:g} to {wish.high:g} rad/s {both}, with a slip of up to "
+        f"{wish.slip:.3g} rad/s either way" + (f", and off parameters ({errors})" if errors else "")
+        + f". Noise: {wish.current_noise:g} A on every sample of the currents. What is judged is the worst over all of it, "
+        "on the exact linearisation with the adaptation of the speed at work.")]
+
+
+def _written(name: str, value: float) -> str:
+    unit = _HEAD[name].split("(")[1].rstrip(")")
+    return f"{number(_SCALE[name] * value)} {unit}"
+
+
+def _judged(result: Tuned) -> list[Html]:
+    rows = [(tag("code", one.observer), "the rule's" if one.rule else "the study's",
+             *(number(_SCALE[name] * one.values[name]) if math.isfinite(one.values[name]) else "–" for name in SHOWN),
+             number(one.measured), _verdict(one)) for one in result.judged]
+    head = ("observer", "gains", *(_HEAD[name] for name in SHOWN), "rms error in the run (rad/s)", "meets the wish")
+    gains = [(tag("code", one.observer), _gains(one.gains)) for one in result.judged if one.rule]
+    return [
+        table(head, rows, "The worst over the range, and what the run below shows", range(2, 3 + len(SHOWN))),
+        answer(*_sentences(result.judged)),
+        *([figure(result.run.svg, result.run.caption, result.run.caption, result.run.file)] if result.run else []),
+        table(("observer", "gains by the rule (SI units)"), gains),
+    ]
+
+
+def _gains(gains: Mapping[str, float]) -> Html:
+    return inline(", ".join(f"${symbol(name).latex} = {value:.4g}$" for name, value in gains.items() if math.isfinite(value)))
+
+
+def _verdict(one: Judged) -> str:
+    if not one.stable:
+        return f"no: {_LOST}"
+    ahead = "forward only, backward it is unstable; " if one.forward else ""
+    return f"{ahead}{'yes' if not one.missed else f'misses {_names(one.missed)}'}"
+
+
+def _names(missed: Sequence[str]) -> str:
+    return ", ".join(missed)
+
+
+def _sentences(judged: Sequence[Judged]) -> list[str]:
+    """For each observer what the rule changes, and who is best."""
+    lines = []
+    for before, after in zip(judged[::2], judged[1::2], strict=True):
+        lines.append(f"`{before.observer}`: {_change(before, after)}")
+    able = [one for one in judged if one.stable and not one.forward]
+    if able:
+        quiet, quick = (min(able, key=lambda one, name=name: one.values[name]) for name in ("noise", "settling"))  # type: ignore[misc]
+        lines.append(f"Of those that are stable all over the range the quietest is {_called(quiet)} with "
+                     f"{_written('noise', quiet.values['noise'])}, the quickest {_called(quick)} with "
+                     f"{_written('settling', quick.values['settling'])}.")
+    return lines
+
+
+def _called(one: Judged) -> str:
+    return f"`{one.observer}` with {'the rule' if one.rule else 'the study'}'s gains"
+
+
+def _change(before: Judged, after: Judged) -> str:
+    where = " (forward only)" if after.forward else ""
+    if not after.stable:
+        return f"{_LOST} with the rule's gains" + ("." if before.stable else ", as with the study's.")
+    now = f"{_written('settling', after.values['settling'])} and {_written('noise', after.values['noise'])}{where}"
+    if not before.stable or before.forward != after.forward:
+        return (f"{_LOST} with the study's gains; with the rule's it has a settling time and noise of "
+                f"{now}.")
+    better = [after.values[name] < before.values[name] for name in ("settling", "noise")]
+    word = "both better" if all(better) else "quicker, but noisier" if better[0] else "quieter, but slower" if better[1] else (
+        "neither better")
+    return (f"settling time and noise of {_written('settling', before.values['settling'])} and "
+            f"{_written('noise', before.values['noise'])}; with the rule's gains {now}: {word}.")
+
+
+def _compared(result: Tuned) -> list[Html]:
+    data, drawn = result.compared, result.decay
+    if data is None or drawn is None:
+        return []
+    rows = [(tag("code", str(name)), number(float(one["slowest_decay"])), number(float(one["least_damping"])),
+             number(float(one["reached"])),
+             _gains({str(gain): float(value) for gain, value in zip(one["gain"].values, one["gains"].values, strict=True)}))
+            for name in data["observer"].values for one in (data.sel(observer=name).isel(fastest=0),)]
+    head = ("kind", "slowest decay (1/s)", "least damping", "fastest pole (rad/s)", "gains")
+    order = sorted((str(name) for name in data["observer"].values),
+                   key=lambda name: -float(data["slowest_decay"].sel(observer=name).isel(fastest=0)))
+    return [
+        tag("h3", "The comparison that Table II set out to make"),
+        prose("Frozen poles only, as in Table II, but with gains that are chosen alike: the slowest error of the whole range "
+              "decays as fast as it can, and no pole is faster than a limit that sampling sets."),
+        table(head, rows, f"No pole beyond {result.fastest:g} rad/s", (1, 2, 3)),
+        answer(f"From the fastest decay to the slowest: {', '.join(f'`{name}`' for name in order)}."),
+        figure(drawn.svg, drawn.caption, drawn.caption, drawn.file),
+    ]
