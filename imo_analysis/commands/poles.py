@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from imo_analysis.pencils.setup import Setup
 
 # Faster than any machine turns, in rad/s; far above it the squares of a pencil overflow.
-_FASTEST = 1e6
+FASTEST = 1e6
 
 DESCRIPTION = "Poles of the observers' error dynamics at frozen speed, beside the paper's Table II, or over a sweep."
 EXAMPLE = """imo poles --omega 30,60,100 --observer all
@@ -103,8 +103,8 @@ def _numbers(text: str) -> list[float]:
         raise InputError("--omega is empty; give at least one speed in rad/s")
     if not all(math.isfinite(value) for value in values):
         raise InputError(f"--omega {text} must be finite, in rad/s")
-    if max(map(abs, values)) > _FASTEST:
-        raise InputError(f"--omega {text} must lie within +-{_FASTEST:g} rad/s")
+    if max(map(abs, values)) > FASTEST:
+        raise InputError(f"--omega {text} must lie within +-{FASTEST:g} rad/s")
     return values
 
 

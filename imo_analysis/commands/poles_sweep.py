@@ -17,9 +17,13 @@ if TYPE_CHECKING:
 
 def wanted(args: argparse.Namespace) -> dict[str, tuple[float, float, int | None]] | None:
     """What ``--over`` asks for, by name: both ends, and how many points; None where nothing is swept."""
+    if args.show != "decay" and not args.map:
+        raise InputError(f"--show {args.show} says what --map draws; add --map FILE.svg")
     if args.over is None:
         if args.cloud is not None:
             raise InputError(f"--cloud {args.cloud} needs ranges: --over NAME=A:B")
+        if args.at is not None:
+            raise InputError(f"--at {args.at:g} is the speed of a sweep over something else; for single speeds use --omega")
         return {} if any((args.plot, args.map, args.out)) else None
     over: dict[str, tuple[float, float, int | None]] = {}
     for text in args.over:
@@ -35,6 +39,7 @@ def wanted(args: argparse.Namespace) -> dict[str, tuple[float, float, int | None
 
 def _range(name: str, text: str, cloud: bool) -> tuple[float, float, int | None]:
     """Both ends, in SI units, and the count."""
+    from imo_analysis.commands.poles import FASTEST
     from imo_analysis.pencils.sweep import described
     from imo_analysis.quantity import si_value
 
@@ -55,6 +60,8 @@ def _range(name: str, text: str, cloud: bool) -> tuple[float, float, int | None]
                          f"give both ends one, or neither for {unit}")
     if not all(map(math.isfinite, ends)):
         raise InputError(f"--over {name}={text} must have finite ends")
+    if unit == "rad/s" and max(map(abs, ends)) > FASTEST:
+        raise InputError(f"--over {name}={text} must lie within +-{FASTEST:g} rad/s")
     if cloud:
         return ends[0], ends[1], None
     try:
@@ -76,7 +83,7 @@ def sweep(
     over: dict[str, tuple[float, float, int | None]],
 ) -> dict[str, Any]:
     """Sweep, say what was found, draw and write; what goes into the JSON, under ``sweep`` or ``map``."""
-    from imo_analysis.commands.poles import left
+    from imo_analysis.commands.poles import FASTEST, left
     from imo_analysis.pencils.error import OperatingPoint
     from imo_analysis.pencils.sweep import ERROR, SweptKind, axes, evaluator
 
@@ -84,6 +91,10 @@ def sweep(
     names = tuple(values)
     if "omega" not in names and args.at is None:
         raise InputError(f"--over {names[0]} needs the speed: --at OMEGA in rad/s")
+    if args.at is not None and not abs(args.at) <= FASTEST:
+        raise InputError(f"--at {args.at:g} must be a speed within +-{FASTEST:g} rad/s")
+    if "omega" in names and args.at is not None:
+        raise InputError(f"--at {args.at:g} and --over omega both give the speed; leave one of them out")
     kind: SweptKind = "frozen" if args.full is None else "full"
     if kind == "full" and any(name.endswith(ERROR) for name in names):
         kind = "settled"

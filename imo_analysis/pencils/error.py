@@ -107,7 +107,7 @@ def machine_parameters(machine: InductionMachine, changes: Mapping[str, Any]) ->
     Raises
     ------
     InputError
-        If a replaced inductance or resistance is one that no machine can have.
+        If a replaced inductance, resistance or parameter is one that no machine can have.
     """
     field = {name: np.asarray(changes.get(name, getattr(machine, name)), dtype=float) for name in MACHINE_FIELDS}
     for name, value in field.items():
@@ -119,7 +119,11 @@ def machine_parameters(machine: InductionMachine, changes: Mapping[str, Any]) ->
     values = {"R_s": field["R_s"], "L_m": field["L_m"], "sigma": sigma,
               "beta": parameters.coupling(field["L_m"], sigma, field["L_r"]),
               "alpha": parameters.rotor_rate(field["R_r"], field["L_r"])}
-    return values | {name: np.asarray(value, dtype=float) for name, value in changes.items() if name in PARAMETERS}
+    given = {name: np.asarray(value, dtype=float) for name, value in changes.items() if name in PARAMETERS}
+    for name, value in given.items():
+        if not np.all(np.isfinite(value) & (value > 0)):
+            raise InputError(f"{name} must be above 0 {symbol(name).unit} and finite at every point of the sweep")
+    return values | given
 
 
 def arguments(
@@ -239,7 +243,8 @@ def full_pencil(machine: InductionMachine, name: str, gains: Gains, point: Opera
     """The linearisation with the adaptation of speed and alpha, about a steady operating point, in the frame of the flux.
 
     As `frozen_pencil`, with the states ``omega_tilde`` and, where the observer adapts it, ``alpha_tilde``, and with the rates
-    of the true speed and alpha as inputs.
+    of the true speed and alpha as inputs. What of it never settles is taken out by `imo_analysis.pencils.settling`, for norms,
+    step responses and margins.
 
     Parameters
     ----------
