@@ -63,11 +63,13 @@ expected(my_length, float(np.abs(balanced).mean()), "A")
 
 # %% jupyter={"source_hidden": true}
 @in_style
-def tips(imbalance=0.0, fifth=0.0):
-    """The tip of the current's arrow: phase c weaker by a share, and a fifth harmonic in all phases."""
+def tips(imbalance=0.0, fifth=0.0, cut=False):
+    """The tip of the current's arrow: phase c weaker by a share, a fifth harmonic in all phases; or phase c cut."""
     strength = (1.0, 1.0, 1.0 - imbalance)
     phases = [10 * k * np.cos(angle - n * 2 * np.pi / 3) + 10 * fifth * np.cos(5 * (angle - n * 2 * np.pi / 3))
               for n, k in enumerate(strength)]
+    if cut:
+        phases = [phases[0], -phases[0], 0 * angle]
     i = space_vector(*phases)
     figure, (left, right) = new_figure(1, 2, height=2.9)
     for n, (phase, name) in enumerate(zip(phases, "abc", strict=True)):
@@ -82,12 +84,12 @@ def tips(imbalance=0.0, fifth=0.0):
 
 
 vary(tips, imbalance=(0.0, 1.0, 0.1), fifth=(0.0, 0.2, 0.02))
-picture(tips(imbalance=0.4))
+picture(tips(cut=True))
 
 # %% [markdown]
-# A balanced sine draws a circle. A weak phase squeezes it to an ellipse: the arrow pulses at twice the frequency, and so
-# does the torque. With one phase cut and $i_b = -i_a$ the tip runs on a straight line: two counter-rotating arrows of
-# equal length. Whoever looks at $i_d$ against $i_q$ on a scope sees all of that at a glance.
+# A balanced sine draws a circle. A weak phase (move the slider) squeezes it to an ellipse: the arrow pulses at twice the
+# frequency, and so does the torque. With one phase cut and $i_b = -i_a$ the tip runs on a straight line: two
+# counter-rotating arrows of equal length. Whoever looks at $i_d$ against $i_q$ on a scope sees all of that at a glance.
 #
 # ## Two windings, two laws
 #
@@ -194,8 +196,8 @@ vary(build_up, R_r=(0.2, 1.2, 0.05))
 # ## Torque and the factor 3/2
 #
 # Three phases carry power: $p = u_a i_a + u_b i_b + u_c i_c = \tfrac32\,\mathrm{Re}(u\, i^*)$ in amplitude-invariant
-# vectors. The $\tfrac32$ repays the $\tfrac23$. Torque is power over shaft speed, and a machine with $n_p$ pole pairs
-# turns $n_p$ times slower than its field, so $n_p$ comes in as a gear does:
+# vectors (no neutral wire). The $\tfrac32$ repays the $\tfrac23$. Torque is power over shaft speed, and a machine with
+# $n_p$ pole pairs turns $n_p$ times slower than its field, so $n_p$ comes in as a gear does:
 
 # %%
 rows(("torque",), (plant.torque(names("i_ds i_qs phi_dr phi_qr"), *names("n_p L_m L_r")),))

@@ -160,7 +160,8 @@ for row, omega in enumerate((30.0, 60.0, 100.0)):
 # 150.0)`, which computes decay, damping and the fastest pole over the range. The fastest pole must stay below 1500 rad/s.
 
 # %%
-print(achieved(machine, "consistent_12", gains, 0.0, 150.0))
+now = achieved(machine, "consistent_12", gains, 0.0, 150.0)
+print(f"the study's gains: decay {now.decay:.1f} 1/s, damping {now.damping:.2f}, fastest pole {now.fastest:.0f} rad/s")
 
 # %%
 answer_6_3 = ...

@@ -66,7 +66,7 @@ expected(my_share, 100 * tally["holds"] / len(found), "%")
 # One of each, and what falls with it:
 
 # %%
-for identifier in ("eq13.V", "eq7.z_1", "eq16.bound"):
+for identifier in ("eq12.i_qs", "eq7.z_1", "eq16.bound"):
     one = next(claim for claim in claims() if claim.id == identifier)
     settled(identifier)
     print("        affects:", ", ".join(one.consequences) or "nothing")

@@ -18,6 +18,8 @@ from imo_analysis.exercises.exercise import judge
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from imo_analysis.ledger.expression import Expr
+
 
 def check(identifier: str, answer: Any) -> None:
     """Say whether an answer to an exercise is right; with ``...`` that there is none yet. Never fails a notebook.
@@ -60,13 +62,39 @@ def rows(left: Iterable[str], right: Iterable[Any]) -> None:
     from imo_analysis.ledger.expression import as_expr
     from imo_analysis.ledger.latex import name_latex, to_latex
 
-    pairs = [(name, as_expr(tree)) for name, tree in zip(left, right, strict=True)]
+    pairs = [(name, plain(as_expr(tree))) for name, tree in zip(left, right, strict=True)]
     if in_notebook():
         lines = (rf"{name_latex(name)} &= {to_latex(tree)}" for name, tree in pairs)
         _display("Math", r"\begin{aligned}" + r" \\ ".join(lines) + r"\end{aligned}")
     else:
         for name, tree in pairs:
             print(f"    {name} = {tree}")
+
+
+def plain(tree: Expr) -> Expr:
+    """The same formula with ``a + (-b)`` written ``a - b`` and factors 1 left out."""
+    from imo_analysis.ledger.expression import Number, Op
+
+    if not isinstance(tree, Op) or tree.kind == "**":
+        return tree
+    args = tuple(plain(one) for one in tree.args)
+    if tree.kind == "*" and (ones := [one for one in args if isinstance(one, Number) and one.value == 1]):
+        return next((one for one in args if one not in ones), ones[0])
+    if tree.kind == "+" and (positive := _without_minus(args[1])) is not None:
+        return Op("-", (args[0], positive))
+    return Op(tree.kind, args)
+
+
+def _without_minus(tree: Expr) -> Expr | None:
+    """What a product or quotient that begins with a minus is the negative of."""
+    from imo_analysis.ledger.expression import Op
+
+    if not isinstance(tree, Op):
+        return None
+    if tree.kind == "neg":
+        return tree.args[0]
+    inner = _without_minus(tree.args[0]) if tree.kind in "*/" else None
+    return None if inner is None else Op(tree.kind, (inner, *tree.args[1:]))
 
 
 def entry(identifier: str) -> None:

@@ -96,6 +96,6 @@ EXERCISES: tuple[Exercise, ...] = (
         ((lambda _: 2 / _magnitude(), "2 / |s| is right for a pole on the real axis; this one swings."),
          (lambda _: _step(np.argmin), "That is the other pair: its magnitude is smaller."),
          (lambda h: h / 2, "The 2 is lost: |1 + hs|^2 = 1 + 2 h Re s + h^2 |s|^2.")),
-        "The usual 100 us is an eighth of it; at higher speed it comes closer.",
+        "Compare it with the usual 100 us, and then with the one at 150 rad/s.",
         "Square |1 + hs| < 1 and solve for h.", tolerance=0.01),
 )

@@ -7,7 +7,9 @@ import pytest
 from imo_analysis import course_tools
 from imo_analysis.drawing import new_figure
 from imo_analysis.errors import InputError
-from imo_analysis.ledger.expression import names
+from imo_analysis.exercises.exercise import equal
+from imo_analysis.ledger.expression import names, parse
+from imo_analysis.ledger.setting import setting
 
 
 def drawing(depth=0.1, frequency=20.0):
@@ -34,6 +36,16 @@ def test_check_says_right_wrong_or_nothing_yet(capsys):
 def test_rows_are_printed_in_a_script(capsys):
     course_tools.rows(("z_1_dot",), (names("i_ds")[0] * 2,))
     assert capsys.readouterr().out.strip() == "z_1_dot = i_ds*2"
+
+
+@pytest.mark.parametrize(
+    ("long", "short"),
+    [("a + (-b*c)", "a - b*c"), ("a*1*(b + c)", "a*(b + c)"), ("a + (-b*c/d) + e", "a - b*c/d + e"), ("1*1", "1"),
+     ("a - (-b)", "a - (-b)"), ("a + b**2", "a + b**2"), ("-a*b + c", "-a*b + c")])
+def test_a_formula_is_written_plainly_and_stays_equal(long, short):
+    tree = course_tools.plain(parse(long))
+    assert tree == parse(short)
+    assert equal(setting("plain", "", {}, ("d != 0",)), tree, parse(long))
 
 
 def test_an_entry_in_full(capsys):
