@@ -1,1 +1,5 @@
-"""Frozen-speed and full linearisations of the observers' error dynamics, their poles, Table II, sweeps, maps and tuning."""
+"""Linearisations of the observers' error dynamics, their poles, and what is read from them.
+
+``error`` has the pencils as `control.StateSpace`, ``settling`` the part of them that norms, Bode and margins need,
+``operating`` the state where an observer with parameter errors rests, ``floquet`` the exponents where axes matter.
+"""

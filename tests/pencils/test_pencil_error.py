@@ -6,11 +6,11 @@ import numpy as np
 import oracle_linearisation
 import pytest
 from oracle_pencils import frozen_poles
+from pencil_case import MACHINE, gains
 
 from imo_analysis.equations import plant
 from imo_analysis.equations.catalogue import OBSERVERS, PARAMETERS
 from imo_analysis.errors import InputError
-from imo_analysis.machine import preset
 from imo_analysis.pencils.error import (
     OperatingPoint,
     arguments,
@@ -23,16 +23,6 @@ from imo_analysis.pencils.error import (
 )
 from imo_analysis.pencils.jacobian import jacobian
 from imo_analysis.pencils.reduced import reduced
-
-MACHINE = preset("table-iii-printed-alpha")
-GAINS: dict[str, float] = {
-    "k_1": 300.0, "k_2": 50.0, "kappa": 70.0, "k_3": 100.0, "g": 1.0, "K_p": 100.0, "alpha_l": 0.05, "delta": 0.01,
-    "l_1": 160.0, "l_2": 12.0, "l_3": -0.08, "l_4": 0.35, "h": 100.0, "k": 1.5, "eta": 1.0, "S_0": 100.0,
-}
-
-
-def gains(name: str) -> dict[str, float]:
-    return {gain: GAINS[gain] for gain in OBSERVERS[name].gains}
 
 
 def same(one: np.ndarray, other: np.ndarray, tolerance: float) -> None:

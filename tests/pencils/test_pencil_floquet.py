@@ -5,30 +5,18 @@ from typing import Any
 import numpy as np
 import oracle_linearisation as oracle
 import pytest
+from pencil_case import EQUIVARIANT, MACHINE, POINT, TRUE, gains
 
-from imo_analysis.equations.catalogue import OBSERVERS, PARAMETERS
+from imo_analysis.equations.catalogue import OBSERVERS
 from imo_analysis.errors import InputError
-from imo_analysis.machine import preset
 from imo_analysis.pencils import floquet
 from imo_analysis.pencils.error import OperatingPoint, arguments, full_matrix, poles_at
 from imo_analysis.pencils.floquet import floquet_exponents, matrix_along, standing_matrix
-from imo_analysis.pencils.jacobian import commutes_with_rotation
 
-MACHINE = preset("table-iii-printed-alpha")
-TRUE = dict(zip(PARAMETERS, MACHINE.observer_parameters, strict=True))
-GAINS: dict[str, float] = {
-    "k_1": 300.0, "k_2": 50.0, "kappa": 70.0, "k_3": 100.0, "g": 1.0, "K_p": 100.0, "alpha_l": 0.05, "delta": 0.01,
-    "l_1": 160.0, "l_2": 12.0, "l_3": -0.08, "l_4": 0.35, "h": 100.0, "eta": 1.0, "S_0": 100.0, "k": 1.5,
-}
-POINT = OperatingPoint(60.0, 0.5307, 3.0)
-TURNING = [name for name in OBSERVERS if not commutes_with_rotation(name)]
+TURNING = [name for name in OBSERVERS if name not in EQUIVARIANT]
 
 
-def gains(name: str) -> dict[str, float]:
-    return {gain: GAINS[gain] for gain in OBSERVERS[name].gains}
-
-
-@pytest.mark.parametrize("name", [name for name in OBSERVERS if commutes_with_rotation(name)])
+@pytest.mark.parametrize("name", EQUIVARIANT)
 def test_they_are_the_poles_where_both_exist(name: str) -> None:
     found = floquet_exponents(MACHINE, name, gains(name), POINT)
     poles = poles_at(MACHINE, name, gains(name), POINT, "full")

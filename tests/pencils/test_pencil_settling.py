@@ -7,30 +7,17 @@ import control
 import numpy as np
 import oracle_linearisation as oracle
 import pytest
+from pencil_case import EQUIVARIANT, GAINS, MACHINE, POINT, TRUE, gains
 
 from imo_analysis.equations import lyapunov
-from imo_analysis.equations.catalogue import OBSERVERS, PARAMETERS
+from imo_analysis.equations.catalogue import OBSERVERS
 from imo_analysis.errors import InputError
-from imo_analysis.machine import preset
 from imo_analysis.pencils import settling
 from imo_analysis.pencils.error import OperatingPoint, frozen_pencil, full_pencil
-from imo_analysis.pencils.jacobian import commutes_with_rotation
 from imo_analysis.pencils.settling import settling_pencil, speed_loop
 
-MACHINE = preset("table-iii-printed-alpha")
-TRUE = dict(zip(PARAMETERS, MACHINE.observer_parameters, strict=True))
-GAINS: dict[str, float] = {
-    "k_1": 300.0, "k_2": 50.0, "kappa": 70.0, "k_3": 100.0, "g": 1.0, "K_p": 100.0, "alpha_l": 0.05, "delta": 0.01,
-    "l_1": 160.0, "l_2": 12.0, "l_3": -0.08, "l_4": 0.35, "h": 100.0, "eta": 1.0, "S_0": 100.0, "k": 1.5,
-}
-POINT = OperatingPoint(60.0, 0.5307, 3.0)
-EQUIVARIANT = [name for name in OBSERVERS if commutes_with_rotation(name)]
 NOISE = ["i_ds_noise", "i_qs_noise"]
 STABLE = [name for name in EQUIVARIANT if not name.endswith("printed_L")]
-
-
-def gains(name: str) -> dict[str, float]:
-    return {gain: GAINS[gain] for gain in OBSERVERS[name].gains}
 
 
 def _responses(system: Any, outputs: list[str], inputs: list[str]) -> np.ndarray:
@@ -173,7 +160,7 @@ def test_the_speed_loop_closes_to_the_system(name: str, alpha: Any) -> None:
     assert min(abs(1 + np.exp(-1j * np.radians(phase)) * loop(1j * w)) for w in crossings) < 1e-6
 
 
-@pytest.mark.filterwarnings("ignore:System is unstable")
+@pytest.mark.filterwarnings("ignore:System is unstable", "ignore:Poles close to")
 @pytest.mark.parametrize(("name", "point"), [("baseline", OperatingPoint(20.0, 0.5, -20.0)),
                                              ("repaired", OperatingPoint(3.0, 0.5, -3.0)), ("printed_L", POINT)])
 def test_zero_stator_frequency_and_instability_do_not_pass_for_settled(name: str, point: OperatingPoint) -> None:
