@@ -71,6 +71,23 @@ def test_against_a_scalar_root_and_complex_steps(name: str, errors: dict[str, fl
     A = A[np.ix_(held, held)]
     system = pencil_with_errors(MACHINE, name, gains(name), POINT, errors)
     assert np.abs(system.A - A).max() < 1e-9 * np.abs(A).max()
+    # noise and voltage error, and the flux, by complex steps too: errors are true minus estimate
+    parameters, own = believed(errors), gains(kind) | {"g": 0.0}
+    inputs = np.array([steady["i"].real, steady["i"].imag, steady["u"].real, steady["u"].imag])
+    flux = OBSERVERS[kind].flux
+    for k, label in enumerate(("i_ds_noise", "i_qs_noise", "u_ds_error", "u_qs_error")):
+        v = inputs + 1j * oracle.STEP * (np.arange(4) == k)
+        column = -oracle.rates_in_frame(kind, parameters, own, x, v[:2], v[2:], 63.0, 1.0).imag[held] / oracle.STEP
+        at_input = system.input_labels.index(label)
+        assert np.abs(system.B[:, at_input] - column).max() < 1e-9 * np.abs(system.B).max()
+        through = -np.imag(flux(tuple(x), tuple(v[:2]), parameters["beta"])) / oracle.STEP
+        row = system.output_labels.index("phi_dr_tilde")
+        assert np.abs(system.D[row:row + 2, at_input] - through).max() < 1e-9
+    for k, state in enumerate(held):
+        y = np.array(x, dtype=complex)
+        y[state] += oracle.STEP * 1j
+        seen = np.imag(flux(tuple(y), tuple(inputs[:2]), parameters["beta"])) / oracle.STEP
+        assert np.abs(system.C[row:row + 2, k] - seen).max() < 1e-9
     found, _ = poles_with_errors(MACHINE, name, gains(name), POINT, errors)
     expected = np.linalg.eigvals(A)
     assert max(np.abs(expected - pole).min() for pole in found) < 1e-7 * np.abs(expected).max()
