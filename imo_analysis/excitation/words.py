@@ -61,10 +61,20 @@ def lost_directions(result: xr.Dataset, condition: str) -> list[Lost]:
             parts = [alike]
         for rest in parts:
             _name(rest, factor, states, found)
-    return sorted((_summary(key, slopes, max(1, len(values))) for key, slopes in found.items()), key=lambda one: -one.share)
+    scale = _windows_a_row(result, condition, counts)
+    return sorted((_summary(key, slopes, max(1.0, len(values)) / scale) for key, slopes in found.items()),
+                  key=lambda one: -one.share)
 
 
-def _summary(key: tuple[str, int], slopes: list[float], count: int) -> Lost:
+def _windows_a_row(result: xr.Dataset, condition: str, counts: NDArray[Any]) -> float:
+    """Share of the windows that lose something over that of the kept rows: below 1 where rows stand for their worst window."""
+    holds = result[f"{condition}_holds"].attrs
+    judged = holds["windows"] - holds["undefined"]
+    kept = float((counts > 0).mean()) if len(counts) else 0.0
+    return (judged - holds["holding"]) / judged / kept if kept and judged else 1.0
+
+
+def _summary(key: tuple[str, int], slopes: list[float], count: float) -> Lost:
     text, dimensions = key
     known = [s for s in slopes if np.isfinite(s)]
     if not known:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +17,7 @@ from imo_analysis.study import Study
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from imo_analysis.excitation.design import Design, Wanted
+    from imo_analysis.excitation.design import Design, Plant, Wanted
     from imo_analysis.excitation.design_check import Check
 
 ACCURACY = (0.3, 2.0)  # of alpha in 1/s and omega in rad/s: the defaults of imo excite --design, like all that follow
@@ -29,7 +30,8 @@ TORQUE_LIMIT = 0.05  # N m, half the swing: a hundredth of that load
 class Modulation:
     """A design for one observer with its check in closed loop; ``refused`` says why there is none.
 
-    ``floquet_rate`` is the decay (1/s) at the design's slowest point, by another way.
+    ``floquet_rate`` is the decay (1/s) at the design's slowest point, by another way; ``others`` are the designs that other
+    laws with the same gains would need.
     """
 
     observer: str
@@ -41,6 +43,7 @@ class Modulation:
     duty: Duty | None
     refused: str = ""
     floquet_rate: float = math.nan
+    others: tuple[tuple[str, Design], ...] = ()
 
 
 def modulation(study: Study, folder: Path) -> Modulation | None:
@@ -69,7 +72,19 @@ def modulation(study: Study, folder: Path) -> Modulation | None:
                "designed modulation.")
     drawn = keep(folder, "modulation", _drawn(study, found, name), caption)
     return Modulation(name, wanted, found, checks, drawn, cheapest_by_waveform(tried, wanted), duty(study, found, folder),
-                      floquet_rate=exact)
+                      floquet_rate=exact, others=_others(plant, wanted))
+
+
+def _others(plant: Plant, wanted: Wanted) -> tuple[tuple[str, Design], ...]:
+    """Designs for the other laws that take the same gains; those that have one."""
+    from imo_analysis.excitation.design import design
+
+    rows = []
+    for kind in ("repaired", "quiet", "across"):
+        if kind != plant.kind:
+            with suppress(InputError):
+                rows.append((kind, design(replace(plant, kind=kind), wanted)[0]))
+    return tuple(rows)
 
 
 def _drawn(study: Study, found: Any, name: str) -> Figure:

@@ -145,6 +145,18 @@ def test_thinning_keeps_the_worst_and_counts_all():
     assert thin.reduced_eigenvalue.values[:, 0].min() == whole.reduced_eigenvalue.values[:, 0].min()
 
 
+def test_shares_of_what_is_lost_are_of_all_windows_not_of_the_kept():
+    """Half excited, thinned to the worst of neighbours: what holds and what is lost add up to all windows."""
+    run = observed(motion(duration=4.0, modulation=0.05))
+    still = observed(motion(duration=4.0, slip=3.0))
+    mixed = run.assign({name: run[name].where(np.mod(run.time, 0.5) < 0.25, still[name]) for name in run})
+    thin = excitation(signals.select(signals.of_dataset(mixed), "converged"), 0.02, max_rows=15)
+    holds, lost = thin.reduced_holds.attrs, words.lost_directions(thin, "reduced")
+    share = holds["holding"] / holds["windows"]
+    assert 0.2 < share < 0.8 and float(thin.reduced_holds.mean()) < share - 0.1
+    assert share + sum(one.share for one in lost) == pytest.approx(1.0)
+
+
 def test_a_file_gives_the_same_as_the_data_set(tmp_path):
     run = observed(motion(modulation=0.02))
     path = tmp_path / "run.nc"

@@ -193,10 +193,22 @@ of flux, torque ripple (half its swing), current and voltage. The cheapest modul
         table(columns, rows, f"Simulated in closed loop, the second after {wanted.time:g} s; the ripple is half the swing of "
               "the torque in a run without noise, the torque noise a standard deviation", range(7)),
         table(kinds, waveforms, "The cheapest modulation by waveform, as the drive's loops let the flux follow", range(1, 7)),
+        *_other_laws(cured),
         *(figure(one.svg, one.caption, one.caption, one.file) for one in (cured.figure,) if one),
         tag("p", tag("code", "imo excite --design study.toml"), class_="note"),
         *_duty(cured.duty),
     ]
+
+
+def _other_laws(cured: Modulation) -> list[Html]:
+    if not cured.others or cured.design is None:
+        return []
+    rows = [(tag("code", name), f"{100 * one.depth:.3g}", f"{one.frequency:.4g}", one.waveform.replace("_", " "),
+             f"{one.rate:.3g}", f"{one.bias:.3g}", f"{one.loss:.3g}", f"{one.ripple:.2g}")
+            for name, one in ((cured.observer, cured.design), *cured.others)]
+    head = ("observer", "depth of the flux (%)", "frequency (rad/s)", "reference", "decay (1/s)", "left by the noise (1/s)",
+            "added loss (W)", "torque ripple (N m)")
+    return [table(head, rows, "What other laws with the same gains need for the same accuracy", (1, 2, 4, 5, 6, 7))]
 
 
 def _duty(duty: Duty | None) -> list[Html]:
