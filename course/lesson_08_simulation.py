@@ -152,7 +152,7 @@ picture(alpha_figure(fig4, machine.alpha, {"printed": 10.5}, ["consistent_12", "
 # positive: **each change of speed carries $\hat\alpha$ up**. Integrated over a change of speed:
 
 # %%
-rows(("alpha_drift",), (drift.drift_of_acceleration(*names("J_2 load psi L_m mu g K_p")),))
+rows(("drift",), (drift.drift_of_acceleration(*names("J_2 load psi L_m mu g K_p")),))
 
 # %% [markdown]
 # with $J_2 = \int\dot\omega^2 dt$, the flux $\psi$, and a term for the load that is zero without one.
