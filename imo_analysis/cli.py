@@ -18,6 +18,7 @@ COMMANDS = {
     "report": "write the dossier of a study: verdicts, tables, poles, runs, excitation",
     "derive": "verified derivations: the ledger of the paper's equations",
     "poles": "poles of the observers' frozen-speed error dynamics",
+    "tune": "gains that meet a wish over a range of speeds, found, chosen and verified",
     "simulate": "run plant, drive and observers of a study",
     "excite": "persistence of excitation along a run, and where it is lost",
     "sweep": "Monte Carlo and grids over any field of a study",

@@ -35,6 +35,8 @@ class Tuning(Table):
         Largest standard deviation of the speed estimate in rad/s, electrical; as little as the rest allows where left out.
     speed_error : float, optional
         Largest error of the speed at rest in rad/s that the uncertainty may cause; reported only where left out.
+    lag : float
+        Largest lag behind an even acceleration, in s (rad/s for 1 rad/s^2).
     current_noise : float, optional
         Standard deviation of each current sample in A; that of ``[sensors]`` where left out, and 0.1 A if that is zero.
     uncertainty : dict of str to float
@@ -50,12 +52,13 @@ class Tuning(Table):
     directions: Literal["both", "forward"] = "both"
     torque: Torque | None = None
     settling_time: Seconds = Field(default=0.015, gt=0, le=100)
-    recovery_time: Seconds = Field(default=1.5, gt=0, le=1000)
+    recovery_time: Seconds = Field(default=2.5, gt=0, le=1000)
     damping: Number = Field(default=0.5, gt=0, lt=1)
     speed_noise: Speed | None = Field(default=None, gt=0)
     speed_error: Speed | None = Field(default=None, gt=0)
+    lag: Seconds = Field(default=0.001, gt=0)
     current_noise: Current | None = Field(default=None, gt=0)
-    uncertainty: dict[str, float] = {"R_s": 0.1, "R_r": 0.2}
+    uncertainty: dict[str, float] = Field(default={"R_s": 0.05, "R_r": 0.2})
     runs: int = Field(default=64, ge=1, le=100_000)
     seed: int = Field(default=1, ge=0, lt=2**31)
 
@@ -77,10 +80,11 @@ class Tuning(Table):
     def _range(self) -> Self:
         low, high = self.omega
         if not 0 < low < high:
-            raise ValueError(f"omega = [{low:g}, {high:g}] rad/s must be two speeds, the first above 0: at zero stator frequency "
-                             "nothing determines the speed; directions says whether both signs are meant")
+            raise ValueError(f"omega = [{low:g}, {high:g}] rad/s must be two speeds, the first above 0: at zero stator "
+                             "frequency nothing determines the speed; directions says whether both signs are meant")
         if self.torque is not None and not self.torque >= 0:
             raise ValueError(f"torque = {self.torque:g} N m must be 0 or above; either sign is meant")
         if self.settling_time > self.recovery_time:
-            raise ValueError(f"settling_time = {self.settling_time:g} s must not be above recovery_time = {self.recovery_time:g} s")
+            raise ValueError(f"settling_time = {self.settling_time:g} s must not be above recovery_time = "
+                             f"{self.recovery_time:g} s")
         return self

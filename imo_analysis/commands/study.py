@@ -37,7 +37,8 @@ def run(args: argparse.Namespace) -> int:
         if Path(args.init).exists() and not args.force:
             raise InputError(f"{args.init} exists already; choose another name, or --force to overwrite it")
         write_text(args.init, _with_machine(args.machine, args.flux) if args.machine else paper_text())
-        say(args, f"wrote {args.init}; now: imo simulate {args.init} --out run.nc")
+        then = f"imo report {args.init}" if args.machine else f"imo simulate {args.init} --out run.nc"
+        say(args, f"wrote {args.init}; now: {then}")
     elif args.flux is not None:
         raise InputError(f"--flux {args.flux:g} goes with --init FILE --machine FILE; the flux of a study is its drive.flux")
     elif args.machine:
@@ -70,7 +71,7 @@ def _with_machine(name: str, flux: float | None) -> str:
         return paper_text().replace('preset = "table-iii-printed-alpha"', f'preset = "{name}"')
     if name not in PRESETS and "nameplate" in (data := read_toml(name)):
         if flux is not None:
-            raise InputError(f"--flux {flux:g} cannot be given with a [nameplate], which gives the flux; leave one of the two out")
+            raise InputError(f"--flux {flux:g} cannot be given with a [nameplate], which gives the flux; leave one of them out")
         text = own_text(*plated(data, name))
         Study.from_toml(text, "the study of this motor")
         return text

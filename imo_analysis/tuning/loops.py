@@ -72,8 +72,8 @@ def gains_of(machine: InductionMachine, kind: str, flux: float, loops: Loops, mi
     feedback = loops.current - least_current(machine, kind)
     if kind == "baseline":
         strength = loops.constant / machine.alpha
-        return {"l_1": feedback, "l_2": 0.0 * feedback, "l_3": (strength - machine.R_s / machine.sigma - feedback) / machine.beta,
-                "l_4": 0.0 * feedback, "h": speed}
+        l_3 = (strength - machine.R_s / machine.sigma - feedback) / machine.beta
+        return {"l_1": feedback, "l_2": 0.0 * feedback, "l_3": l_3, "l_4": 0.0 * feedback, "h": speed}
     if kind == "baseline_scheduled":
         return {"k": loops.current / (machine.gamma + machine.alpha), "h": speed}
     z = {"k_2": loops.rising / middle} if kind == "consistent_12" else {"kappa": loops.rising}

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imo_analysis.machine import InductionMachine
-from imo_analysis.pencils.error import Gains, OperatingPoint, arguments
+from imo_analysis.pencils.error import Gains, OperatingPoint, arguments, gain_values, machine_parameters
 from imo_analysis.pencils.held import held_rates, with_held_alpha
 from imo_analysis.pencils.jacobian import jacobian, known_observer
 from imo_analysis.pencils.operating import equilibrium
@@ -29,6 +29,7 @@ Array = NDArray[np.float64]
 BAND = 0.02  # of the first error: within it the estimate counts as settled
 RECOVERY = 4.0  # time constants: exp(-4) is 1.8 %
 _UNSEEN = 1e-8  # of the largest mode: less is rounding
+_NEWTON = 5
 _NEUTRAL = 1e-6  # of the stator frequency
 _TIMES = np.geomspace(2e-4, 8.0, 340)  # s
 
@@ -49,6 +50,8 @@ class Response:
         Deviation of the speed estimate in rad/s for white noise on both currents of density 1 A^2 s; infinity if unstable.
     bias : ndarray
         Error of the speed at rest in rad/s, true minus estimate; NaN where there is no state at rest.
+    lag : ndarray
+        By how much the estimate stays behind a speed that rises evenly, in rad/s for 1 rad/s^2: in s.
     fastest : ndarray
         Largest magnitude of a mode in rad/s: what the sampling has to bear.
     """
@@ -58,6 +61,7 @@ class Response:
     recovery: Array
     noise: Array
     bias: Array
+    lag: Array
     fastest: Array
 
 
@@ -68,6 +72,8 @@ def response(
     point: OperatingPoint,
     errors: Mapping[str, Any] | None = None,
     times: Array = _TIMES,
+    band: float = BAND,
+    quick: bool = False,
 ) -> Response:
     """The numbers of one observer.
 
@@ -85,8 +91,12 @@ def response(
         Relative errors of what the observer believes, by machine field.
     times : ndarray
         Increasing times in s at which the answer is looked at: settling times are of this resolution.
+    band : float
+        What counts as settled, as a share.
+    quick : bool
+        Find the state at rest by a few steps of Newton's method from the right one, instead of following it: for a search.
     """
-    A, B, bias = linearisation(machine, name, gains, point, errors)
+    A, B, bias = linearisation(machine, name, gains, point, errors, quick)
     there = np.isfinite(bias)
     A = np.where(there[..., None, None], A, np.eye(A.shape[-1]))
     B = np.where(there[..., None, None], B, 0.0)
@@ -101,7 +111,8 @@ def response(
         size > _UNSEEN * size.max(axis=-1, keepdims=True))
     decay = np.where(seen, -modes.real, np.inf).min(axis=-1)
     stable = there & (decay > 0)
-    settling, overshoot = _answer(modes, np.where(seen & (modes.real < 0), step, 0.0), times)
+    settling, overshoot = _answer(modes, np.where(seen & (modes.real < 0), step, 0.0), times, band)
+    lag = np.divide(step, -modes, out=np.zeros_like(step), where=seen & (modes != 0)).sum(axis=-1).real
     power = np.where(seen[..., None], noisy, 0.0)
     pairs = power @ np.conj(np.swapaxes(power, -1, -2))
     sums = -(modes[..., :, None] + np.conj(modes[..., None, :]))
@@ -109,13 +120,17 @@ def response(
     return Response(
         np.where(stable, settling, np.inf), np.where(stable, overshoot, np.inf),
         np.divide(RECOVERY, decay, out=np.full(decay.shape, np.inf), where=stable),
-        np.sqrt(np.where(stable, np.maximum(variance, 0.0), np.inf)), bias, np.where(seen, np.abs(modes), 0.0).max(axis=-1))
+        np.sqrt(np.where(stable, np.maximum(variance, 0.0), np.inf)), bias, np.where(stable, lag, np.inf),
+        np.where(seen, np.abs(modes), 0.0).max(axis=-1))
 
 
 def linearisation(
-    machine: InductionMachine, name: str, gains: Gains, point: OperatingPoint, errors: Mapping[str, Any] | None = None
+    machine: InductionMachine, name: str, gains: Gains, point: OperatingPoint, errors: Mapping[str, Any] | None = None,
+    quick: bool = False,
 ) -> tuple[Array, Array, Array]:
     """``A`` and ``B`` (noise of the currents) of the errors with alpha_hat held, the speed error last; and the speed's bias."""
+    if errors and quick:
+        return _near(machine, name, gains, point, errors)
     if errors:
         at = equilibrium(machine, name, gains, point, errors)
         law = held_rates(name)
@@ -128,6 +143,34 @@ def linearisation(
     n = len(derived.states)
     A = whole[..., kept, :][..., kept]
     return A, whole[..., kept, n : n + 2], np.zeros(A.shape[:-2])
+
+
+def _near(
+    machine: InductionMachine, name: str, gains: Gains, point: OperatingPoint, errors: Mapping[str, Any]
+) -> tuple[Array, Array, Array]:
+    """`linearisation` at the state at rest that Newton's method finds from the right one; NaN where it finds none."""
+    law = held_rates(name)
+    n = len(law.states)
+    fields = {field: getattr(machine, field) * (1 + np.asarray(error, dtype=float)) for field, error in errors.items()}
+    believed = machine_parameters(machine, fields)
+    values: dict[str, Any] = {**point.quantities(machine.observer_parameters), **believed, **gain_values(name, gains)}
+    true = {**values, "alpha": machine.alpha}
+    values |= {"alpha_hat": believed["alpha"], "direction": np.where(np.asarray(point.omega) < 0, -1.0, 1.0)}
+    start = [np.asarray(true[state.removesuffix("_hat")], dtype=float) for state in law.states]
+    shape = np.broadcast_shapes(*(np.shape(values[key]) for key in values), *(one.shape for one in start))
+    x = np.stack([np.broadcast_to(one, shape) for one in start], axis=-1)
+    size = 1 + np.abs(x)
+    move = x
+    for _ in range(_NEWTON):
+        values |= dict(zip(law.states, np.moveaxis(x, -1, 0), strict=True))
+        slope = law.derivative(values)[..., :n, :n]
+        slope = np.where(np.isfinite(slope).all(axis=(-1, -2), keepdims=True), slope, np.eye(n))
+        move = np.linalg.solve(slope + 1e-12 * np.eye(n), law.rates(values)[..., :n, None])[..., 0]
+        x = np.where(np.isfinite(move), x - move, x)
+    values |= dict(zip(law.states, np.moveaxis(x, -1, 0), strict=True))
+    whole = law.derivative(values)
+    found = (np.abs(move) < 1e-6 * size).all(axis=-1) & np.isfinite(whole).all(axis=(-1, -2))
+    return whole[..., :n, :n], -whole[..., :n, n : n + 2], np.where(found, np.asarray(point.omega) - x[..., -1], np.nan)
 
 
 def _without_supervisor(name: str, gains: Gains) -> Gains:
@@ -145,7 +188,7 @@ def _offsets(name: str, modes: Any, frequency: Array) -> NDArray[np.bool_]:
     return np.asarray(off < _NEUTRAL * (1 + np.abs(frequency[..., None])))
 
 
-def _answer(modes: Any, step: Any, times: Array) -> tuple[Array, Array]:
+def _answer(modes: Any, step: Any, times: Array, band: float) -> tuple[Array, Array]:
     """Settling time and overshoot of the sum of exponentials."""
     # of a conjugate pair one mode, twice; what is unstable is left out by the caller and must not overflow
     upper = modes.imag >= 0
@@ -155,7 +198,7 @@ def _answer(modes: Any, step: Any, times: Array) -> tuple[Array, Array]:
     weight, rate = (np.take_along_axis(one, order, axis=-1) for one in (weight, modes))
     rate = np.where(weight != 0, np.minimum(rate.real, 0.0) + 1j * rate.imag, 0.0)
     answer = (weight[..., None, :] @ np.exp(rate[..., None] * times))[..., 0, :].real
-    outside = np.abs(answer) > BAND
+    outside = np.abs(answer) > band
     last = len(times) - 1 - np.argmax(outside[..., ::-1], axis=-1)
     after = np.minimum(last + 1, len(times) - 1)
     settling = np.where(outside.any(axis=-1), times[after], times[0])

@@ -16,7 +16,7 @@ from imo_analysis.machine import InductionMachine
 from imo_analysis.pencils.error import OperatingPoint
 from imo_analysis.study import Study
 from imo_analysis.tuning.response import Response, response
-from imo_analysis.tuning.rule import Times
+from imo_analysis.tuning.rule import DAMPING, Times
 
 Array = NDArray[np.float64]
 DEFAULT_NOISE = 0.1  # A
@@ -29,6 +29,7 @@ QUANTITIES = {
     "overshoot": ("1", "overshoot of the speed estimate as a share of the step"),
     "noise": ("rad/s", "standard deviation of the speed estimate"),
     "bias": ("rad/s", "largest error of the speed at rest within the uncertainty"),
+    "lag": ("s", "how far the estimate stays behind an even acceleration, for 1 rad/s^2"),
     "fastest": ("rad/s", "largest magnitude of a mode"),
 }
 
@@ -86,14 +87,17 @@ class Wish:
         low, high = table.omega
         if slip >= low:
             raise InputError(
-                f"tuning.torque = {torque:.4g} N m needs a slip of {slip:.4g} rad/s, which must be below tuning.omega[0] = {low:g} "
-                "rad/s: braking there the stator frequency is zero and nothing determines the speed; raise the speed or lower the torque")
+                f"tuning.torque = {torque:.4g} N m needs a slip of {slip:.4g} rad/s, which must be below tuning.omega[0] = "
+                f"{low:g} rad/s: braking there the stator frequency is zero and nothing determines the speed; raise the "
+                "speed or lower the torque")
         noise = table.current_noise or study.sensors.current_noise or DEFAULT_NOISE
         overshoot = math.exp(-math.pi * table.damping / math.sqrt(1 - table.damping**2))
         limits = {"settling": table.settling_time, "recovery": table.recovery_time, "overshoot": overshoot,
                   "fastest": SAMPLING / study.simulation.sample_time}
-        limits |= {key: value for key, value in (("noise", table.speed_noise), ("bias", table.speed_error)) if value is not None}
-        times = Times(table.settling_time, table.recovery_time, high, max(table.damping, 0.5), study.drive.speed_bandwidth)
+        more = (("noise", table.speed_noise), ("bias", table.speed_error), ("lag", table.lag))
+        limits |= {key: value for key, value in more if value is not None}
+        times = Times(table.settling_time, table.recovery_time, high, max(table.damping, DAMPING), table.lag,
+                      study.drive.speed_bandwidth)
         return cls(machine, flux, slip, low, high, (1.0, -1.0) if table.directions == "both" else (1.0,), limits,
                    study.simulation.sample_time, noise, {k: v for k, v in table.uncertainty.items() if v > 0}, times)
 
@@ -126,7 +130,8 @@ def judged(wish: Wish, found: Response) -> dict[str, Array]:
     size = np.abs(found.bias)
     return {"settling": found.settling.max(axis=-1), "recovery": found.recovery.max(axis=-1),
             "overshoot": found.overshoot.max(axis=-1), "noise": found.noise.max(axis=-1) * wish.noise_scale,
-            "bias": np.where(np.isnan(size), np.inf, size).max(axis=-1), "fastest": found.fastest.max(axis=-1)}
+            "bias": np.where(np.isnan(size), np.inf, size).max(axis=-1),
+            "lag": np.abs(found.lag).max(axis=-1), "fastest": found.fastest.max(axis=-1)}
 
 
 def judge(wish: Wish, kind: str, gains: dict[str, float], signs: tuple[float, ...] | None = None) -> dict[str, float]:
@@ -144,7 +149,7 @@ def excess(limits: dict[str, float], values: dict[str, Any]) -> Any:
     """How far values are above their limits, summed on a logarithmic scale; 0 where every one is met."""
     total: Any = 0.0
     for name, limit in limits.items():
-        total = total + np.maximum(np.log(np.minimum(values[name], 1e9) / limit), 0.0)
+        total = total + np.maximum(np.log(np.clip(values[name], 1e-9, 1e9) / limit), 0.0)
     return total
 
 

@@ -1,0 +1,231 @@
+"""Gains for the observers of a study that meet its wish: search, choice, verification, for every observer by the same rule.
+
+For each observer: the gains that the study has, those of the rule of thumb, and the front between noise and times about the
+wish (`imo_analysis.tuning.search`). Of all that meet the wish on the linearisation (and, if there are such, are nowhere worse
+than the study's own) the one is chosen whose estimate is best in closed loop with noise, at the corners of the uncertainty
+(`imo_analysis.tuning.trial`); where none meets it, the one that comes nearest. The choice is then verified on machines, speeds,
+loads and noise that had no part in it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from imo_analysis.errors import InputError
+from imo_analysis.pencils.error import OperatingPoint
+from imo_analysis.study import Study
+from imo_analysis.tuning import trial
+from imo_analysis.tuning.loops import TUNABLE
+from imo_analysis.tuning.response import response
+from imo_analysis.tuning.search import Found, Search, front
+from imo_analysis.tuning.wish import Wish, excess, judge
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_COMPARED = ("settling", "recovery", "overshoot", "noise")
+_UNSEEN_SEED = 7919  # added to the seed for what the choice has not seen
+_UNSEEN_SPEEDS = (0.07, 0.37, 0.83)  # of the range, on a logarithmic scale
+STEPS = 36 + 7 * 18  # generations of one observer's search, rounds that are made again aside
+
+
+@dataclass(frozen=True)
+class Verified:
+    """What simulations say that had no part in the choice.
+
+    Attributes
+    ----------
+    lost, rms_median, rms_95 : float
+        Of `Study.tuning.runs` random machines, speeds and loads: share whose estimate was lost; rms speed error in rad/s.
+    noise, settling : float
+        In rad/s and s, worst of a few other speeds at right parameters, idle, in simulation ...
+    noise_predicted, settling_predicted : float
+        ... and by the linearisation at the same speeds.
+    """
+
+    lost: float
+    rms_median: float
+    rms_95: float
+    noise: float
+    noise_predicted: float
+    settling: float
+    settling_predicted: float
+
+
+@dataclass(frozen=True)
+class Tuned:
+    """One observer's result.
+
+    Attributes
+    ----------
+    name, kind : str
+        In the study, and in the catalogue.
+    signs : tuple of float
+        Directions of rotation that it was tuned for.
+    note : str
+        Why not both, or empty.
+    before, rule, chosen : Found
+        Gains of the study, of the rule of thumb, and the choice.
+    front : list of Found
+        The search's.
+    reason : str
+        Of the choice.
+    verified, verified_before : Verified
+        The choice and the study's gains on the same simulations.
+    """
+
+    name: str
+    kind: str
+    signs: tuple[float, ...]
+    note: str
+    before: Found
+    rule: Found
+    chosen: Found
+    front: list[Found]
+    reason: str
+    verified: Verified
+    verified_before: Verified
+
+
+def tunable(study: Study, names: Sequence[str] = ()) -> list[str]:
+    """The observers to tune: those named, or those of ``[tuning]``, or all of the study that can be.
+
+    Raises
+    ------
+    InputError
+        If one is not in the study, no gains make it stable, or none is left.
+    """
+    wanted = list(names or study.tuning.observers)
+    for name in wanted:
+        if name not in study.observers:
+            raise InputError(f"observer = {name!r} is not in the study; choose from: {', '.join(study.observers)}")
+        kind = study.observers[name].kind
+        if kind.startswith("printed"):
+            raise InputError(f"observer {name!r} cannot be tuned: the z feedback of {kind} is unstable at speed; consistent_12 "
+                             "and repaired are its corrections")
+        if kind not in TUNABLE:
+            raise InputError(f"observer {name!r} of kind {kind} cannot be tuned; kinds that can: {', '.join(TUNABLE)}")
+    found = wanted or [name for name, settings in study.observers.items() if settings.kind in TUNABLE]
+    if not found:
+        raise InputError(f"the study has no observer that can be tuned; kinds that can: {', '.join(TUNABLE)}")
+    return found
+
+
+def tune(study: Study, name: str, tick: Callable[[], None] = lambda: None) -> Tuned:
+    """Tune one observer of a study.
+
+    Parameters
+    ----------
+    study : Study
+        With its table ``[tuning]``.
+    name : str
+        Out of `tunable`.
+    tick : callable
+        Called once a generation of the search, about `STEPS` times.
+    """
+    wish, settings, seed = Wish.of(study), study.observers[name], study.tuning.seed
+    kind = settings.kind
+    kept = {gain: value for gain, value in settings.gains.items() if gain in ("alpha_l", "delta", "eta", "S_0")}
+    signs, note = wish.signs, ""
+    if len(signs) > 1 and kind == "consistent_12":
+        signs = (1.0,)
+        note = ("forward only: the speed law (11) changes its sign with the direction, and at negative speed no K_p above 0 is "
+                "stable")
+    search = Search(wish, kind, signs, seed, kept, tick)
+    before = Found(dict(settings.gains), judge(wish, kind, settings.gains, signs), wish.limits, "before")
+    rule = search.rule()
+    wished = search.best(wish.limits, "wish")
+    found = [wished, *front(search, wished)]
+    chosen, reason = _choice(study, name, wish, signs, seed, before, [*found, rule])
+    runs = study.tuning.runs
+    both = [chosen.gains, before.gains]
+    driven = trial.drive(study, name, both, wish, signs, seed + _UNSEEN_SEED, runs)
+    verified = [_verified(study, name, kind, gains, wish, signs, seed, driven, n) for n, gains in enumerate(both)]
+    return Tuned(name, kind, signs, note, before, rule, chosen, found, reason, verified[0], verified[1])
+
+
+def _choice(
+    study: Study, name: str, wish: Wish, signs: tuple[float, ...], seed: int, before: Found, found: list[Found]
+) -> tuple[Found, str]:
+    """The set of gains to take, out of those found, and why."""
+    found = [Found(one.gains, one.values, wish.limits, one.role) for one in found]
+    able = [one for one in found if not one.missed]
+    if not able:
+        nearest = min(found, key=lambda one: float(excess(wish.limits, one.values)))
+        return nearest, "no gains were found that meet the whole wish; these come nearest"
+    better = [one for one in able if all(one.values[key] <= before.values[key] for key in _COMPARED)]
+    which = f"of {len(able)} sets of gains that meet the wish"
+    if better and len(better) < len(able):
+        able = better
+        which += f" {len(able)} that are nowhere worse than the study's own in {', '.join(_COMPARED)}," if len(able) > 1 else (
+            f" the only one that is nowhere worse than the study's own in {', '.join(_COMPARED)};")
+    driven = trial.drive(study, name, [one.gains for one in able], wish, signs, seed)
+    best = int(np.argmin(driven.rms_95))
+    if not np.isfinite(driven.rms_95[best]):
+        quiet = min(able, key=lambda one: one.values["noise"])
+        return quiet, f"{which} the quietest; in simulation each loses the speed of some machine"
+    if len(able) == 1:
+        return able[0], f"{which} {driven.rms_95[0]:.3g} rad/s rms of error in simulation, with noise and the uncertainty"
+    rest = np.delete(driven.rms_95, best)
+    return able[best], (f"{which} the one with the smallest error in simulation, {driven.rms_95[best]:.3g} rad/s rms with "
+                        f"noise and the uncertainty (others {rest.min():.3g} to {rest.max():.3g})")
+
+
+def _verified(
+    study: Study, name: str, kind: str, gains: dict[str, float], wish: Wish, signs: tuple[float, ...], seed: int,
+    driven: trial.Driven, place: int,
+) -> Verified:
+    omega = np.array([sign * wish.low * (wish.high / wish.low) ** share for sign in signs for share in _UNSEEN_SPEEDS])
+    predicted = response(wish.machine, kind, gains, OperatingPoint(omega, wish.flux, 0.0 * omega))
+    return Verified(
+        float(driven.lost[place]), float(driven.rms_median[place]), float(driven.rms_95[place]),
+        float(trial.noise(study, name, gains, wish, omega, seed + _UNSEEN_SEED).max()),
+        float(predicted.noise.max() * wish.noise_scale),
+        float(trial.settling(study, name, gains, wish, omega).max()), float(predicted.settling.max()))
+
+
+def with_gains(study: Study, results: Sequence[Tuned]) -> Study:
+    """The study with the chosen gains, in its scenarios too where they set those of the same observer to others."""
+    data = {**study.data, "observers": {**study.data["observers"]}}
+    for one in results:
+        gains = {gain: float(f"{value:.6g}") for gain, value in one.chosen.gains.items()}
+        data["observers"][one.name] = {**data["observers"][one.name], "gains": gains}
+    return Study.from_data(data, "the study with these gains")
+
+
+def over_speed(study: Study, results: Sequence[Tuned], speeds: int = 41) -> xr.Dataset:
+    """Settling time and noise over the range of speeds, both directions, idle and at right parameters, before and after.
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimensions ``observer``, ``gains`` (``before``, ``chosen``), ``omega`` (rad/s); ``settling`` (s), ``recovery`` (s),
+        ``noise`` (rad/s); NaN where the estimate is unstable.
+    """
+    import xarray as xr
+
+    wish = Wish.of(study)
+    omega = np.geomspace(wish.low, wish.high, speeds)
+    omega = np.concatenate([-omega[::-1], omega])
+    shape = (len(results), 2, len(omega))
+    data = {name: np.full(shape, np.nan) for name in ("settling", "recovery", "noise")}
+    for n, one in enumerate(results):
+        for k, gains in enumerate((one.before.gains, one.chosen.gains)):
+            found = response(wish.machine, one.kind, gains, OperatingPoint(omega, wish.flux, 0.0 * omega))
+            for name, values in data.items():
+                values[n, k] = np.where(np.isfinite(getattr(found, name)), getattr(found, name), np.nan)
+    data["noise"] *= wish.noise_scale
+    attributes = {"settling": ("s", "time until the speed estimate is within 2 % of a step"),
+                  "recovery": ("s", "four time constants of the slowest error"),
+                  "noise": ("rad/s", "standard deviation of the speed estimate")}
+    axes = ("observer", "gains", "omega")
+    return xr.Dataset(
+        {name: (axes, values, dict(zip(("units", "long_name"), attributes[name], strict=True)))
+         for name, values in data.items()},
+        {"observer": [one.name for one in results], "gains": ["before", "chosen"],
+         "omega": ("omega", omega, {"units": "rad/s", "long_name": "rotor speed, electrical"})},
+        {"study_sha256": study.sha256, "current_noise": wish.current_noise, "sample_time": wish.sample_time})
