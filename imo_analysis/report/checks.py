@@ -12,6 +12,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -24,12 +25,14 @@ def checks() -> dict[str, Any]:
     dict
         ``mutants``: claims, tried, rejected (by kernel), equivalent and missed (texts). ``definition_mutants``: modules,
         functions, tried, killed, equivalent, survived and unchecked (texts). ``constants``: name, unit, low and high of the
-        values that give all 24 printed numbers. ``refutations``: form, source, column, what is forced, what the printed digits
-        give by speed, the values of alpha, and whether it is proved.
+        values that give all 24 printed numbers. ``answers``: what the table says, question by question, as
+        `imo_analysis.pencils.table2_answers.Answer`. ``refutations``: form, source, column, what is forced, what the printed
+        digits give by speed, the values of alpha, and whether it is proved.
     """
     from imo_analysis.ledger.book import claims
     from imo_analysis.ledger.definition_mutants import try_definitions
     from imo_analysis.ledger.mutants import try_mutants
+    from imo_analysis.pencils.table2_answers import answers
     from imo_analysis.pencils.table2_constants import UNITS, ranges
     from imo_analysis.pencils.table2_proofs import refutations
 
@@ -41,6 +44,7 @@ def checks() -> dict[str, Any]:
             {"name": one.name, "unit": UNITS[one.name], "low": float(one.outer.low), "high": float(one.outer.high)}
             for one in ranges()
         ],
+        "answers": [asdict(one) for one in answers()],
         "refutations": [
             {
                 "form": one.form, "source": one.source, "column": one.column, "forced": one.forced,

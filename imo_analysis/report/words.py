@@ -9,7 +9,7 @@ from imo_analysis.notation import symbol
 from imo_analysis.report.page import Html, inline
 
 _GREEK = "alpha|beta|gamma|sigma|omega|mu|xi|kappa|rho|delta|phi"
-_NAME = re.compile(rf"(?<![\w.$\\])(?:[A-Za-z][A-Za-z0-9]*(?:_[A-Za-z0-9]+)+|{_GREEK})(?!\w)")
+_NAME = re.compile(rf"(?<![\w.$\\])(?:[A-Za-z][A-Za-z0-9]*(?:_[A-Za-z0-9]+)+|{_GREEK})(?![A-Za-z0-9_])")
 _SIGNED = re.compile(r"(?<![\w)])-(?=[\w(])")  # a hyphen before a term is a minus
 _KEPT = re.compile(r"(`[^`]*`|\$[^$]*\$)")
 

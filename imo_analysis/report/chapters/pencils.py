@@ -132,7 +132,17 @@ Every printed pair of eigenvalues sums to one constant plus $\mathrm{j}\hat{\ome
             + (f" {len(failed)} are not settled." if failed else "")
         ),
         tag("details", tag("summary", "Each printed form with its contradiction"), table(head, rows), class_="more"),
+        *_questions(proofs["answers"]),
     ]
+
+
+def _questions(answers: list[dict[str, Any]]) -> list[Html]:
+    """What the table says and what it leaves open, question by question."""
+    settled = {(True, True): "settled by the digits", (True, False): "left open"}
+    rows = [(one["question"], typeset(one["answer"]), settled.get((one["shown"], one["determined"]), "not shown"))
+            for one in answers]
+    head = ("question", "answer, worked out from the printed digits", "")
+    return [table(head, rows, "What Table II says and what it does not")] if rows else []
 
 
 def _tidy(text: str) -> str:
