@@ -87,7 +87,8 @@ def verify(study: Study, found: Design, wanted: Wanted, observer: str) -> list[C
     for omega, torque in points if found.slowest in points else [*points, found.slowest]:
         still = study.only([observer]).changed({
             "sensors.current_noise": 0.0, "reference.shape": "steps", "reference.time": [0.0], "reference.omega": [omega],
-            "load.shape": "steps", "load.time": [0.0], "load.T_l": [torque], "simulation.duration": late.stop + 1e-3})
+            "load.shape": "steps", "load.time": [0.0], "load.T_l": [torque], "simulation.duration": late.stop + 1e-3,
+            "simulation.record_every": 1, "drive.flux_modulation": 0.0, "drive.flux_modulation_off": [0.0, 0.0]})
         plain = still.changed({"sensors.current_noise": wanted.noise})
         run = simulate(modulated_study(plain, found)).sel(observer=observer, time=late)
         before = simulate(plain).sel(time=late)

@@ -56,15 +56,15 @@ PUBLISHED = (
         "(excitation.circle)"),
     Published(
         "M. Hinkkanen and others, motulator, documentation of its flux observers",
-        "the poles of the sensorless flux observer are those of s^2 + 2 b s + stator_frequency^2, whatever b is: one is zero "
-        "exactly where the stator frequency is", TEXT,
+        "the two poles of the sensorless flux observer multiply to the square of the stator frequency, whatever damping is "
+        "chosen: one is zero exactly where that frequency is", TEXT,
         "a line at zero frequency leaves no trace in the current, H(0) = 0 (excitation.response): the pole is no fault of the "
         "observer's", Problem(("omega",), mechanical=False), ("omega + slip",)),
     Published(
         "J. Holtz, J. Quan, IEEE Trans. Ind. Appl. 38(4), 2002",
         "operation without a speed sensor is poor at very low speed, for errors of voltage and parameters", ABSTRACT,
-        "even without such errors a window T tells of the speed only as stator_frequency^2 T^3 / 12 near the line "
-        "(excitation.window)"),
+        "even without such errors what a window T tells of the speed falls as the square of the stator frequency, times T^3 / 12, "
+        "towards the line (excitation.window)"),
     Published("C. Canudas de Wit, A. Youssef, J. P. Barbot, P. Martin, F. Malrait, IEEE CDC 2000, doi 10.1109/CDC.2000.914093",
               "observability at low frequencies", CITED, ""),
     Published("M. Ghanes, J. de Leon, A. Glumineau, IEEE CDC 2006, doi 10.1109/CDC.2006.376711",

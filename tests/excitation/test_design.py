@@ -144,6 +144,18 @@ def test_noise_drives_alpha_hat_down_as_the_claim_says(noise):
     assert abs(slope["quiet"]) < 0.2 * abs(claimed)
 
 
+@pytest.mark.slow
+def test_a_study_that_is_modulated_already_and_records_little_is_checked_alike():
+    from imo_analysis.excitation.duty import mixed_duty
+
+    wanted = d.Wanted(0.3, 2.0, 5.0, 3.3354, (50.0,), (5.0,), 0.1)
+    found = d.assess(DRIVEN, wanted, 0.0166, 136.3)
+    hour = mixed_duty(Study.paper(), 3600.0, depth=0.02, frequency=60.0, waveform="square", off=(0.0, 1800.0))
+    one, two = (verify(study, found, wanted, "repaired")[0] for study in (Study.paper(), hour))
+    assert two.loss == pytest.approx(one.loss, rel=0.02) and two.ripple == pytest.approx(one.ripple, rel=0.02)
+    assert two.alpha_error == pytest.approx(one.alpha_error, abs=0.05)
+
+
 def test_waveforms_are_their_lines():
     """The Fourier lines against a discrete transform of the waveform, the way the simulation samples it."""
     from imo_analysis.simulation.waveforms import WAVES, lines
