@@ -68,7 +68,7 @@ def plot_resting(data: xr.Dataset) -> Any:
     """
     figure, (top, bottom) = style.new_figure(2, 1, width=7.2, height=4.6, sharex=True, gridspec_kw={"height_ratios": [2, 1]})
     with style.style():
-        simulated, predicted, truth = style.line(data.attrs["observer"]), style.LINES[1], style.TRUTH
+        simulated, predicted, truth = style.line(data.attrs["observer"]), style.Line("#1a1a1a", (0, (1, 2)), "x"), style.TRUTH
         name = data.attrs["observer"]
         top.plot(data["time"], data["alpha_hat"], **simulated.kwargs(), label=rf"$\hat\alpha$ simulated, {name}")
         top.plot(data["late"], data["predicted"], **predicted.kwargs(), label=r"$\hat\alpha$ predicted from the motion")

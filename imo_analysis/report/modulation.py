@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from imo_analysis.drawing import LIMIT, LINES, TRUTH, in_style, legend_above, new_figure
+from imo_analysis.drawing import LIMIT, TRUTH, in_style, legend_above, line, new_figure
 from imo_analysis.errors import InputError
 from imo_analysis.report.duty import Duty, duty
 from imo_analysis.report.scenarios import Drawn, keep
@@ -102,9 +102,10 @@ def _drawn(study: Study, found: Any, name: str) -> Figure:
 @in_style
 def _figure(plain: Any, modulated: Any, name: str, alpha: float) -> Figure:
     figure, (above, below) = new_figure(2, 1, height=3.9, sharex=True, gridspec_kw={"height_ratios": [2, 1]})
-    for run, label, line in ((plain, "constant flux", LINES[1]), (modulated, "modulated flux", LINES[0])):
+    grey = {"color": "#6f6f6f", "linestyle": (0, (5, 2))}
+    for run, label, look in ((plain, "constant flux", grey), (modulated, "modulated flux", line(name).kwargs())):
         thin = run.sel(observer=name).isel(time=slice(None, None, max(1, run.sizes["time"] // 1500)))
-        above.plot(thin["time"], thin["alpha_hat"], label=label, **line.kwargs())
+        above.plot(thin["time"], thin["alpha_hat"], label=label, **look)
     above.axhline(alpha, color=LIMIT.color, linestyle=LIMIT.linestyle, linewidth=1.0, label="true value")
     below.plot(thin["time"], thin["omega"], color=TRUTH.color)
     above.set_ylabel(r"$\hat{\alpha}$ (1/s)")

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 SHOWN = ("settling", "recovery", "overshoot", "noise", "bias")
 HOLD = 1.0  # s at each speed of the run
 LATE = 0.5  # share of that time, at its end, over which the noise is taken
+ROOM = 1.6  # times the calmest error of an observer: what its axes show
 BY_RULE = "_rule"  # ending of the names of the observers with the rule's gains in the run
 
 
@@ -181,9 +182,10 @@ def _figure(run: xr.Dataset, names: Sequence[str]) -> Figure:
                 panel.fill_between(at, low, high, color=look["color"], alpha=0.25, linewidth=0)
             late = time % HOLD > (1 - LATE) * HOLD
             parts = [np.abs(error[late & (time // HOLD == k)]) for k in range(int(time[-1] // HOLD) + 1)]
-            size += [float(one.max()) for one in parts if one.size and np.isfinite(one).all()]
-        limit = 3.0 * min(size, default=math.inf)
-        if math.isfinite(limit) and limit > 0:
+            calm = [float(one.max()) for one in parts if one.size and np.isfinite(one).all()]
+            size.append(min(calm, default=0.0))
+        limit = ROOM * max(size)
+        if limit > 0:
             panel.set_ylim(-limit, limit)
         panel.set_ylabel("error (rad/s)")
         panel.margins(x=0.01)

@@ -220,7 +220,7 @@ def test_for_those_who_do_not_see(desktop: Seen) -> None:
         "main svg:not([aria-hidden]),main img",
         "all => all.map(e => [e.getAttribute('role'), e.getAttribute('aria-label') || e.getAttribute('alt')])")
     assert pictures and all(role == "img" and len(said or "") > 15 for role, said in pictures)
-    assert page.eval_on_selector_all("figure", "all => all.every(e => e.querySelector('figcaption').innerText.length > 20)")
+    assert page.eval_on_selector_all("figure", "all => all.every(e => e.querySelector('figcaption').textContent.length > 20)")
     unlabelled = page.evaluate("""() => [...document.querySelectorAll("input,select,button,output")].filter(e =>
         !(e.labels && e.labels.length) && !e.getAttribute("aria-label") && !e.textContent.trim() && e.tagName !== "OUTPUT")
         .map(e => e.outerHTML)""")
