@@ -56,7 +56,7 @@ class Definition(_Page):
 
     required_arguments = 1
     has_content = True
-    option_spec: ClassVar[dict[str, Any]] = {  # type: ignore[misc]
+    option_spec: ClassVar[dict[str, Any]] = {
         "number": options.unchanged, "gives": options.unchanged, "rows": options.unchanged, "short": options.unchanged}
 
     def fill(self) -> list[nodes.Node]:
@@ -149,9 +149,9 @@ class Commands(_Page):
         """A section a command."""
         found: list[nodes.Node] = []
         for one in facts.commands():
-            rows = [(f"`{option.written}`", option.meaning, f"`{option.default}`" if option.default else "")
+            rows = [(f"`{option.written}`", f"`{option.default}`" if option.default else "", option.meaning)
                     for option in one.options]
-            body = table(("argument or option", "meaning", "default"), rows, (4, 8, 2))
+            body = table(("argument or option", "default", "meaning"), rows, (4, 2, 8))
             found.append(section(f"`imo {one.name}`", f"imo-{one.name}", paragraph(one.description.replace("\n", " ")), body,
                                  paragraph("For example:"), console(one.example)))
         return found

@@ -43,7 +43,7 @@ def find(place: str) -> Callable[..., Any]:
     found = getattr(import_module(module), name, None)
     if not callable(found):
         raise InputError(f"{place} is not a function of a definition module; write imo_analysis.equations.MODULE:NAME")
-    return found  # type: ignore[no-any-return]
+    return found
 
 
 def equations(function: Callable[..., Any], given: Mapping[str, str], left: Sequence[str] = (),
