@@ -21,7 +21,7 @@ _NOWHERE: dict[str, Any] = {"facecolor": "#e6e6e6", "edgecolor": "#8a8a8a", "hat
 _LEVELS = {
     "decay": (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0),
     "damping": (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9),
-    "settling_time": (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0),
+    "settling_time": (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0),
 }
 
 
@@ -44,6 +44,8 @@ def plot_stability(data: xr.Dataset, quantity: str = "decay", title: str = "") -
     InputError
         For another quantity, or where the grid has only one value of a parameter.
     """
+    from matplotlib.ticker import NullFormatter
+
     if quantity not in _LEVELS:
         raise InputError(f"quantity = {quantity!r} is not in the map; choose one of: {', '.join(_LEVELS)}")
     _, y_name, x_name = (str(name) for name in data["decay"].dims)
@@ -68,6 +70,10 @@ def plot_stability(data: xr.Dataset, quantity: str = "decay", title: str = "") -
         for row in axes:
             row[0].set_ylabel(_label(data[y_name], 26))
         bar = figure.colorbar(mesh, ax=axes, label=_label(data[quantity]), extend="both" if quantity == "decay" else "neither")
+        if quantity == "settling_time":
+            low, high = look["norm"].vmin, look["norm"].vmax
+            bar.set_ticks([level for level in _LEVELS[quantity] if low <= level <= high])
+            bar.ax.yaxis.set_minor_formatter(NullFormatter())
         bar.ax.yaxis.set_major_formatter("{x:g}")
         figure.legend(*_key(data), loc="outside upper left", ncols=3, frameon=False, alignment="left", title=title or None)
     return figure
