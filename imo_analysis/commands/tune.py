@@ -66,8 +66,10 @@ def _tuned(args: argparse.Namespace, study: Any) -> list[Any]:
     from tqdm import tqdm
 
     from imo_analysis.tuning.tune import STEPS, tunable, tune
+    from imo_analysis.tuning.wish import Wish
 
     names = tunable(study, args.observer or ())
+    Wish.of(study)  # a wish that cannot be is said before anything begins
     with tqdm(total=STEPS * len(names), desc="tune", unit="generation", file=sys.stderr, delay=2, leave=False) as bar:
         results = []
         for n, name in enumerate(names):
@@ -104,8 +106,8 @@ def _missed(one: Any, name: str) -> str:
     label, scale, unit = shown[name]
     near = min(found.values[name] for found in (*one.front, one.rule, one.before))
     reached, wished = _cell(one.chosen.values[name], scale), _cell(one.chosen.limits[name], scale)
-    return (f"  MISSED: {label} {reached} {unit} where {wished} is wished; {_cell(near, scale)} {unit} is possible at the price "
-            "of other wishes (--json has the front)")
+    return (f"  MISSED: {label} {reached} {unit} where {wished} is wished; {_cell(near, scale)} {unit} is possible at the "
+            "price of other wishes (--json has the front)")
 
 
 def _cell(value: float, scale: float) -> str:
