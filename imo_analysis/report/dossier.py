@@ -16,6 +16,7 @@ from imo_analysis.errors import InputError
 from imo_analysis.excitation.conditions import CONDITIONS
 from imo_analysis.files import folder as checked_folder
 from imo_analysis.ledger.claim import Entry
+from imo_analysis.report.page import number
 from imo_analysis.report.pencils import observers_of
 from imo_analysis.report.scenarios import OFF, ExcitationResult, Scenario, main_scenario
 from imo_analysis.study import Study
@@ -232,7 +233,7 @@ def strays(scenarios: Sequence[Scenario]) -> list[str]:
         end = scenario.resting[-1].time
         errors = {one.observer: abs(one.omega - one.omega_hat) for one in scenario.resting if one.time == end}
         speed = next(one.omega for one in scenario.resting if one.time == end)
-        off = [f"`{name}` " + ("is lost" if math.isnan(error) else f"by {error:.3g} rad/s")
+        off = [f"`{name}` " + ("is lost" if math.isnan(error) else f"by {number(error)} rad/s")
                for name, error in errors.items() if not error <= OFF * max(abs(speed), 1.0)]
         if off:
             found.append(f"{scenario.title}: at the end, at {speed:.3g} rad/s, the estimate of speed is off: {', '.join(off)}.")

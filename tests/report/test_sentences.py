@@ -1,0 +1,147 @@
+"""Sentences and figures that depend on results: changed data must change what is said."""
+
+import math
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from imo_analysis.paper.statements import ALPHA_FINAL
+from imo_analysis.report.atlas import atlas
+from imo_analysis.report.chapters.simulations import _stay
+from imo_analysis.report.chapters.tuned import tuned_chapter
+from imo_analysis.report.figure_claims import figure_claims
+from imo_analysis.report.metrics import Resting, StepResponse
+from imo_analysis.report.pencils import _mirrored
+from imo_analysis.report.run_figures import banded
+from imo_analysis.report.scenarios import Divergence, Scenario, WindowResult
+from imo_analysis.report.tuned import BY_RULE, tuned
+from imo_analysis.simulation.run import simulate
+from imo_analysis.study import Study
+from imo_analysis.svg import tidied
+
+
+@pytest.fixture(scope="module")
+def paper() -> Study:
+    return Study.paper()
+
+
+# The paper's figures -----------------------------------------------------------------------------------------------------
+def runs(proposed: float, baseline: float, alpha: float) -> list[Scenario]:
+    """Figs 1 to 4 with these errors and this end value."""
+    both = {"consistent_12": proposed, "baseline": baseline}
+    window = WindowResult("", 0.0, 1.0, [StepResponse(name, error, error, 0.0, 1.0) for name, error in both.items()])
+    rest = [Resting("consistent_12", 1.0, 100.0, 100.0, alpha, 0.0, 0.0, 0.0)]
+    return [Scenario(f"fig{k}", "", "", [], [window], rest, [], [], None, "") for k in (1, 2, 3, 4)]
+
+
+@pytest.mark.parametrize(("proposed", "baseline", "alpha", "verdicts"), [
+    (1.0, 5.0, ALPHA_FINAL, ["agrees"] * 4),
+    (1.0, 1.5, ALPHA_FINAL + 0.2, ["agrees", "agrees", "does not agree", "does not agree"]),  # worse, but not much
+    (5.0, 1.0, math.nan, ["does not agree"] * 4),
+])
+def test_what_the_paper_says_of_its_figures(
+    paper: Study, proposed: float, baseline: float, alpha: float, verdicts: list[str]
+) -> None:
+    found = figure_claims(runs(proposed, baseline, alpha), paper)
+    assert [one.figure for one in found] == [1, 2, 3, 4] and [one.verdict for one in found] == verdicts
+    assert f"{proposed:.3g} rad/s against {baseline:.3g}" in found[0].here
+
+
+# The printed feedbacks ---------------------------------------------------------------------------------------------------
+def test_who_stays() -> None:
+    lost = Divergence("a", "", True, 1.0, "")
+    right, wrong = (Divergence(name, "", False, math.nan, "", off) for name, off in (("b", False), ("c", True)))
+    assert _stay([lost, right]) == " `b` stays."
+    assert _stay([lost, right, replace(right, observer="d")]) == " `b`, `d` stay."
+    assert _stay([lost, wrong]) == " `c` is off the speed at the end without overflowing."
+    assert _stay([lost]) == ""
+
+
+# Poles -------------------------------------------------------------------------------------------------------------------
+def sweep(shift: float) -> xr.Dataset:
+    """Two observers over -2 .. 2 rad/s; the second one's poles are moved at negative speed."""
+    omega = np.linspace(-2.0, 2.0, 5)
+    pole = np.stack([-1.0 + 1j * omega, -3.0 - 1j * omega], axis=1)
+    both = np.stack([pole, pole + shift * (omega < 0)[:, None]])
+    dims = ("observer", "omega", "branch")
+    return xr.Dataset({"re": (dims, both.real), "im": (dims, both.imag)},
+                      coords={"observer": ["one", "two"], "omega": omega, "branch": [1, 2]})
+
+
+def test_what_mirrors() -> None:
+    assert _mirrored(sweep(0.0)) == " Negative speeds mirror positive ones at the real axis."
+    assert _mirrored(sweep(0.5)).endswith("at the real axis, but not for `two`.")
+    assert _mirrored(sweep(0.5).sel(observer=["two"])) == " The two directions of rotation differ."
+    assert _mirrored(sweep(0.5).isel(omega=slice(1, None))) == ""
+
+
+@pytest.mark.slow
+def test_the_map_of_stability_is_what_the_simulator_does(paper: Study, tmp_path: Path) -> None:
+    found = {one.observer: one for one in atlas(paper, tmp_path).unstable}
+    assert found["consistent_12"].forward == 0 and found["consistent_12"].backward == 1
+    assert found["repaired"].forward == found["repaired"].backward == 0
+    assert 0 < found["baseline"].braking < 0.2
+    for sign in (1.0, -1.0):
+        run = simulate(paper.changed({"reference.time": [0.0], "reference.omega": [60.0 * sign], "simulation.duration": 3.0,
+                                      "windows": []}))
+        for name, one in found.items():
+            error = abs(float(run["omega"][-1] - run["omega_hat"].sel(observer=name)[-1]))
+            assert (error > 10) == ((one.forward if sign > 0 else one.backward) > 0.5), (name, sign, error)
+
+
+# Gains -------------------------------------------------------------------------------------------------------------------
+@pytest.mark.slow
+def test_gains_are_judged_as_they_run(paper: Study, tmp_path: Path) -> None:
+    """The linearisation's noise against that of the run, which had no part in it; and the sentence on who is best."""
+    result = tuned(paper, tmp_path)
+    assert result.wish is not None and not list(tmp_path.iterdir())
+    for one in result.judged:
+        if one.stable:
+            assert one.measured == pytest.approx(one.values["noise"], rel=0.25), one.observer
+    able = [one for one in result.judged if one.stable and not one.forward]
+    quiet = min(able, key=lambda one: one.values["noise"])
+    text = re.sub("<[^>]+>", "", tuned_chapter(result).body)
+    assert f"quietest is {quiet.observer} with {'the rule' if quiet.rule else 'the study'}" in text
+    worse = [replace(one, values={**one.values, "noise": 9.0, "settling": 9.0}) if one.rule else one for one in result.judged]
+    changed = re.sub("<[^>]+>", "", tuned_chapter(replace(result, judged=worse)).body)
+    assert "both better" in text and "both better" not in changed and "neither better" in changed
+    assert BY_RULE not in text
+
+
+def test_no_gains_to_judge(paper: Study, tmp_path: Path) -> None:
+    observer = {**paper.data["observers"]["consistent_12"], "kind": "printed_7"}
+    result = tuned(Study.from_data({**paper.data, "scenarios": {}, "observers": {"p": observer}}), tmp_path)
+    assert result.wish is None and "There is nothing to compare" in tuned_chapter(result).body
+
+
+# Lines -------------------------------------------------------------------------------------------------------------------
+def test_noisy_lines_become_bands() -> None:
+    time = np.linspace(0, 1, 20_000)
+    noise = np.random.default_rng(1).normal(size=time.size)
+    found = banded(time, np.sin(time) + 0.1 * noise)
+    assert found is not None
+    at, mean, low, high = found
+    assert np.abs(mean - np.sin(at)).max() < 0.05 and (low < mean).all() and (mean < high).all()
+    assert high.max() == pytest.approx((np.sin(time) + 0.1 * noise).max(), abs=0.1)
+    assert banded(time, np.sin(30 * time)) is None and banded(time[:300], noise[:300]) is None
+    assert banded(time, np.where(time > 0.5, np.nan, noise)) is None
+
+
+def test_short_paths_go_where_the_long_ones_went() -> None:
+    random = np.random.default_rng(2).uniform(0, 500, size=(200, 2))
+    path = "M " + "\nL ".join(f"{x:.6f} {y:.6f}" for x, y in random) + " \nz\nM 10 20 \nL 30 20 \n"
+    written = re.search(r' d="([^"]*)"', tidied(f'<svg><path d="{path}"/></svg>'))[1]  # type: ignore[index]
+    places, at, start = [], np.zeros(2), np.zeros(2)
+    for part in re.findall(r"[mlz][^mlz]*", written):
+        numbers = [float(one) for one in re.findall(r"-?(?:\d+\.?\d*|\.\d+)", part)]
+        for step in np.reshape(numbers, (-1, 2)):
+            at = at + step
+            places.append(at)
+            start = at if part[0] == "m" else start
+        at = start if part == "z" else at
+    assert len(written) < 0.6 * len(path)
+    assert np.abs(np.array(places) - np.vstack([random, [[10, 20], [30, 20]]])).max() <= 0.0501
