@@ -63,8 +63,8 @@ PUBLISHED = (
     Published(
         "J. Holtz, J. Quan, IEEE Trans. Ind. Appl. 38(4), 2002",
         "operation without a speed sensor is poor at very low speed, for errors of voltage and parameters", ABSTRACT,
-        "even without such errors what a window T tells of the speed falls as the square of the stator frequency, times T^3 / 12, "
-        "towards the line (excitation.window)"),
+        "even without such errors what a window T tells of the speed falls as the square of the stator frequency times "
+        "T^3 / 12 towards the line (excitation.window)"),
     Published("C. Canudas de Wit, A. Youssef, J. P. Barbot, P. Martin, F. Malrait, IEEE CDC 2000, doi 10.1109/CDC.2000.914093",
               "observability at low frequencies", CITED, ""),
     Published("M. Ghanes, J. de Leon, A. Glumineau, IEEE CDC 2006, doi 10.1109/CDC.2006.376711",

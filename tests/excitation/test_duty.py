@@ -57,3 +57,26 @@ def test_duty_is_reproducible_and_needs_its_observers():
     assert one.sha256 == two.sha256 != mixed_duty(Study.paper(), 100.0, seed=8).sha256
     with pytest.raises(InputError, match="needs an observer of kind repaired"):
         mixed_duty(Study.paper().only(["baseline"]), 100.0)
+
+
+@pytest.mark.slow
+def test_the_offsets_of_the_flux_copies_walk_as_the_claim_says():
+    """excitation.walk: |q| after t seconds of noise, as a root mean square over 12 seeds, whose scatter is 14 %."""
+    from imo_analysis.simulation.run import simulate
+
+    noise, seconds, seeds = 0.1, 8.0, 12
+    squares = []
+    for seed in range(seeds):
+        study = mixed_duty(Study.paper(), seconds + 2.0, noise=noise, seed=seed).only(["supervised"]).changed({
+            "reference.time": [0.0], "reference.omega": [50.0], "load.time": [0.0], "load.T_l": [2.0],
+            "simulation.record_every": 100})
+        run = simulate(study).sel(observer="supervised").isel(time=[-801, -1])
+        flux = [run[one] for one in ("phi_dr", "phi_qr")]
+        current = [run[one] for one in ("i_ds", "i_qs")]
+        z, xi = ([current[k] + MACHINE.beta * flux[k] - run[f"{name}_{k + 1}_hat"] for k in (0, 1)] for name in ("z", "xi"))
+        gains = study.observers["supervised"].gains
+        q = (gains["k_3"] * (z[0] + 1j * z[1]) - 1j * gains["kappa"] * (xi[0] + 1j * xi[1])).values
+        squares.append(abs(q[1] - q[0]) ** 2)
+    gains_square = gains["k_3"] ** 2 + gains["kappa"] ** 2
+    expected = 2 * (MACHINE.R_s / MACHINE.sigma * noise) ** 2 * gains_square * 1e-4 * seconds
+    assert float(np.sqrt(np.mean(squares) / expected)) == pytest.approx(1.0, rel=0.35)

@@ -7,7 +7,7 @@ omega_hat held they are conserved, and errors along them stay for ever. With ome
 from __future__ import annotations
 
 from imo_analysis.equations import across, lyapunov, plant, quiet, repaired, supervised
-from imo_analysis.ledger.claim import Claim, Verdict
+from imo_analysis.ledger.claim import Algebra, Claim, Verdict
 from imo_analysis.ledger.claims.noise import free_share, instead
 from imo_analysis.ledger.expression import Name, names
 from imo_analysis.ledger.setting import Setting, setting
@@ -23,23 +23,29 @@ _WHERE = {"printed_7": "(7) and (8)", "printed_L": "L(omega_hat)", "consistent_1
 
 
 
-def _copies(kind: str) -> Setting:
-    """The rates of the z and xi errors in one of our observers, with q and its rate; kappa and the direction constant."""
+def _copies(kind: str, noisy: bool = False) -> Setting:
+    """The rates of the z and xi errors in one of our observers, with q and its rate; kappa and the direction constant.
+
+    ``noisy`` adds (n_1, n_2) to the measured current.
+    """
     module = {"repaired": repaired, "quiet": quiet, "across": across, "supervised": supervised}[kind]
     gains = (GAINS[0], Name("kappa"), *GAINS[2:], *names("eta S_0"))
     state = (*FULL, *names("m_1d m_1q m_2d m_2q S"))
     size = 13 if kind == "supervised" else 8
+    n = names("n_1 n_2")
+    measured = (CURRENTS[0] + n[0], CURRENTS[1] + n[1]) if noisy else CURRENTS
     with instead(across, share=free_share), instead(supervised, share=free_share):
-        row = getattr(module, kind)(state[:size], CURRENTS, VOLTAGES, Name("direction"), MACHINE,
+        row = getattr(module, kind)(state[:size], measured, VOLTAGES, Name("direction"), MACHINE,
                                     gains if kind == "supervised" else gains[:7])
     true = plant.plant_z((*CURRENTS, *names("z_1 z_2")), VOLTAGES, Name("omega"), 0, MACHINE)
     rates = {f"{name}_tilde_dot": true[2 + k % 2] - row[2 + k] for k, name in enumerate(("z_1", "z_2", "xi_1", "xi_2"))}
     q = lyapunov.conserved(*(Name(f"{one}_tilde_dot") for one in ("z_1", "z_2", "xi_1", "xi_2")),
                            *names("kappa k_3 direction"))
-    return setting(f"copies_{kind}", f"the machine (6) and the observer `{kind}`, whatever omega, alpha and their estimates do",
+    text = f"the machine (6) and the observer `{kind}`, whatever omega, alpha and their estimates do"
+    return setting(f"copies_{kind}{'_noisy' if noisy else ''}", text,
                    {**rates, "q_1_dot": q[0], "q_2_dot": q[1]}, ("sigma > 0",), ({"direction": 1}, {"direction": -1}),
                    {"q_1_dot": "A/s^2", "q_2_dot": "A/s^2", "m_1d": "A", "m_1q": "A", "m_2d": "A", "m_2q": "A", "S": "A^2",
-                    "S_0": "A^2", "eta": "1/s", "c": "1"})
+                    "S_0": "A^2", "eta": "1/s", "c": "1", "n_1": "A", "n_2": "A"})
 
 
 def _seen(convention: str) -> Setting:
@@ -75,6 +81,24 @@ CLAIMS: list[Claim] = [
               "along w = 0 stay for ever.",
     )
     for kind in ("repaired", "quiet", "across", "supervised")
+] + [
+    Claim(
+        id="excitation.walk",
+        item=ITEM,
+        title="what is conserved without noise walks with it",
+        expected=Verdict.HOLDS,
+        setting=_copies("across", noisy=True),
+        printed=("q_1_dot = R_s/sigma*(k_3*n_1 + kappa*direction*n_2)", "q_2_dot = R_s/sigma*(k_3*n_2 - kappa*direction*n_1)"),
+        prose="Noise n on the measured current is integrated by q, with nothing to bring it back: q' = (R_s/sigma) (k_3 - j "
+              "kappa s) n.",
+        note="With white noise the offsets of z_hat and xi_hat that belong to q grow as the root of time. While the speed "
+             "stands still no current shows them; when it changes w = 0 asks for others, and they reach alpha_hat.",
+        checks=(
+            Algebra("evidence", "the same for the repaired observer",
+                    ("q_1_dot = R_s/sigma*(k_3*n_1 + kappa*direction*n_2)",
+                     "q_2_dot = R_s/sigma*(k_3*n_2 - kappa*direction*n_1)"), setting=_copies("repaired", noisy=True)),
+        ),
+    ),
 ] + [
     Claim(
         id=f"excitation.kept_luenberger_{convention}",

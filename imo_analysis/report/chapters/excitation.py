@@ -233,6 +233,10 @@ estimate by {duty.rest:g} /s at most over the run, on average (`supervisor.thres
 as below the other.
 """
         ),
+        prose("""
+What it cannot help: noise also makes the offsets of the two copies of the flux walk, without end (`excitation.walk`). No
+current shows them while the speed stands still; they come out when it changes.
+"""),
         table(head, rows, rf"$\hat{{\alpha}} - \alpha$ in 1/s over {duty.duration:g} s of mixed duty, {duty.noise:g} A noise",
               range(1, 5)),
         figure(duty.figure.svg, duty.figure.caption, duty.figure.caption, duty.figure.file),
