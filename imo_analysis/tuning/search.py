@@ -126,11 +126,11 @@ class Search:
         return Found(gains, judge(self.wish, self.kind, gains, self.signs), limits, role)
 
     # Search ------------------------------------------------------------------------------------------------------------
-    def best(self, limits: dict[str, float], role: str) -> Found:
+    def best(self, limits: dict[str, float], role: str, rounds: int = _ROUNDS) -> Found:
         """Gains with the least noise within limits; where no gains are, those that come nearest."""
         found: Found | None = None
         nearer = dict(limits)
-        for _ in range(_ROUNDS):
+        for _ in range(rounds):
             x = self._evolved(nearer)
             gains = {name: float(value) for name, value in self.gains(x).items()}
             tried = self.judged(gains, limits, role)
@@ -212,5 +212,6 @@ def front(search: Search, wished: Found, shares: tuple[float, ...] = (0.5, 2.0, 
             limits = {name: limit for name, limit in wished.limits.items() if name != "noise"}
             for name in ("settling", "lag") if role == "settling" else ("recovery",):
                 limits[name] = wished.limits[name] * share
-            found.append(search.best(limits, role))
+            # where the wish itself is out of reach, one look at what lies about it is enough
+            found.append(search.best(limits, role, 1 if wished.missed else _ROUNDS))
     return found

@@ -1,4 +1,4 @@
-"""What the modes say of the speed estimate against routes that know no modes: Lyapunov's equation, stepping in time, simulation."""
+"""What the modes say of the speed estimate against routes without modes: Lyapunov's equation, stepping in time, simulation."""
 
 import numpy as np
 import pytest
