@@ -101,6 +101,14 @@ def test_the_study_of_a_motor(tmp_path: Path) -> None:
     assert written.scenario("closed").drive.feedback in written.observers
 
 
+def test_a_plate_where_a_machine_is_needed(tmp_path: Path) -> None:
+    motor, study = _file(tmp_path, "J = 0.015"), tmp_path / "study.toml"
+    with pytest.raises(InputError, match=r"make a study of it, imo study --init study.toml --machine \S*motor.toml"):
+        InductionMachine.load(str(motor))
+    assert cli.main(["study", "--init", str(study), "--machine", str(motor)]) == 0
+    assert InductionMachine.load(str(study)).n_p == 2
+
+
 @pytest.mark.parametrize(("machine", "said"), [
     ("J = 0.015\nR_r = 2.1", "lacks R_s, L_m"),
     ("J = 0.015\nR_s = 3.7\nR_r = 2.1\nL_m = 0.22\nL_s = 0.24\nL_r = 0.24\nn_p = 1", "does not fit the plate"),
