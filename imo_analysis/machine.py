@@ -207,8 +207,8 @@ class InductionMachine(BaseModel):
         if not isinstance(inner, dict):
             raise InputError(f"{path}: machine must be a table, [machine]")
         if "nameplate" in data and not inner.keys() >= {*_BOUNDS, "n_p"}:
-            raise InputError(f"{path} has a [nameplate] and not all of [machine]; make a study of it, imo study --init study.toml "
-                             f"--machine {path}, and give that file here: its [machine] is whole")
+            raise InputError(f"{path} has a [nameplate] and not all of [machine]; make a study of it, imo study --init "
+                             f"study.toml --machine {path}, and give that file here: its [machine] is whole")
         return cls.build(inner, f"{path}: machine")
 
     def to_toml(self) -> str:

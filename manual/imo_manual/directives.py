@@ -106,7 +106,7 @@ def _observer(env: Any, name: str) -> list[nodes.Node]:
     said.append(states)
     if base:
         said.append(paragraph(f"As `{base}`, but for these rates (brackets: the rate of `{base}`):"))
-    return [*said, *(_formula(row) for row in rows)]
+    return [*said, *(_formula(row, number) for row, number in rows)]
 
 
 def _reference(env: Any, full: str) -> list[nodes.Node]:

@@ -80,8 +80,16 @@ def equations(function: Callable[..., Any], given: Mapping[str, str], left: Sequ
     return [_put_back(_row(head, row), shown) for head, row in zip(heads, rows, strict=True)]
 
 
-def observer_equations(name: str) -> tuple[str, list[str]]:
-    """The observer of the catalogue that this one is made from, or none, and LaTeX of the rates that differ from it.
+# the paper's number of a row: by the observer's source and the state, the rest of the states under ""
+NUMBERS = {
+    "(2)-(4)": {"omega_hat": "(4)", "": "(2), (3)"},
+    "(7), (11)": {"omega_hat": "(11)", "": "(7)"},
+    "(8)-(11)": {"alpha_hat": "(9), (10)", "omega_hat": "(11)", "": "(8)"},
+}
+
+
+def observer_equations(name: str) -> tuple[str, list[tuple[str, str]]]:
+    """The observer of the catalogue that this one is made from, or none, and the rates that differ from it: LaTeX and number.
 
     The rates of that other observer stand in brackets with its name.
     """
@@ -93,7 +101,9 @@ def observer_equations(name: str) -> tuple[str, list[str]]:
              "gains": " ".join(one.gains)}
     names = [f"{state}_dot" for state in one.states]
     rows = equations(one.rates, given, names, (*SHORT, *([base] if base else ())))
-    return base, [row for name, row in zip(names, rows, strict=True) if row != f"{name_latex(name)} = {_bracketed(name, base)}"]
+    numbers = NUMBERS.get(one.source, {})
+    return base, [(row, numbers.get(name.removesuffix("_dot"), numbers.get("", "")))
+                  for name, row in zip(names, rows, strict=True) if row != f"{name_latex(name)} = {_bracketed(name, base)}"]
 
 
 def _module(one: Observer) -> Any:

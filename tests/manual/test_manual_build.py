@@ -142,8 +142,10 @@ def test_signs_stand_in_for_helpers_only_while_a_formula_is_written() -> None:
     from imo_analysis.equations import adaptive
 
     base, rows = formulas.observer_equations("supervised")
-    assert base == "across" and any(r"G\left(S\right)" in row for row in rows)
+    assert base == "across" and any(r"G\left(S\right)" in row for row, _ in rows)
     assert adaptive.projection(2.0, 1.0, 0.05, 0.01) == 2.0
+    assert [number for _, number in formulas.observer_equations("consistent_12")[1]] == ["(8)"] * 6 + ["(9), (10)", "(11)"]
+    assert {one.source for one in OBSERVERS.values() if one.source.startswith("(")} == set(formulas.NUMBERS)
 
 
 @pytest.mark.parametrize(("old", "new", "said"), [
