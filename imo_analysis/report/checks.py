@@ -81,16 +81,24 @@ def collect(worker: subprocess.Popen[bytes], path: Path) -> dict[str, Any]:
     if worker.returncode != 0:
         raise RuntimeError(f"the checks failed: {said.decode(errors='replace').strip()[-2000:]}")
     found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    found["searched"] = json.loads(beside_file(path).read_text(encoding="utf-8"))
+    beside_file(path).unlink()
     return found
+
+
+def beside_file(path: Path) -> Path:
+    """Where the search for gains is left until it is read."""
+    return path.with_name("searched.json")
 
 
 def main(file: Path, study: Path) -> None:
     """Compute all and write it."""
-    from imo_analysis.report.drive import compute
+    from imo_analysis.report import drive, searched
     from imo_analysis.study import Study
 
-    found = checks()
-    found["no_map"] = compute(Study.load(study), file.parent)
+    found, loaded = checks(), Study.load(study)
+    found["no_map"] = drive.compute(loaded, file.parent)
+    beside_file(file).write_text(json.dumps(searched.compute(loaded)), encoding="utf-8")  # in which a time may be infinite
     file.write_text(json.dumps(found, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
 
 

@@ -127,7 +127,7 @@ def _compute(
     study: Study, work: Path, note: Callable[[str], None], runs: bool
 ) -> tuple[list[tuple[str, str]], list[Entry], list[str], list[str]]:
     from imo_analysis.ledger.book import entries as settle_all
-    from imo_analysis.report import drive
+    from imo_analysis.report import drive, searched
     from imo_analysis.report.atlas import atlas
     from imo_analysis.report.chapters.drive import drive_chapter
     from imo_analysis.report.chapters.excitation import excitation_chapter
@@ -181,7 +181,7 @@ def _compute(
     chapters = [
         ledger_chapter(entries, proved), notation_chapter(), machine_chapter(study.machine), theorem_chapter(entries, *grown),
         pencils_chapter(poles, proved, papers, maps), simulations_chapter(study, scenarios, lost), drive_chapter(real),
-        tuned_chapter(judged_gains),
+        tuned_chapter(judged_gains, searched.drawn(study, proved["searched"], work)),
         excitation_chapter(judged, scenarios, possible, cured, moved, papers), reproduce_chapter(study, files),
     ]
     title = f"imo report: {study.title}"

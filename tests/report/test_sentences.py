@@ -1,5 +1,7 @@
 """Sentences and figures that depend on results: changed data must change what is said."""
 
+import html
+import json
 import math
 import re
 from dataclasses import replace
@@ -10,9 +12,10 @@ import pytest
 import xarray as xr
 
 from imo_analysis.paper.statements import ALPHA_FINAL
+from imo_analysis.report import searched
 from imo_analysis.report.atlas import atlas
 from imo_analysis.report.chapters.simulations import _stay
-from imo_analysis.report.chapters.tuned import tuned_chapter
+from imo_analysis.report.chapters.tuned import _searched, tuned_chapter
 from imo_analysis.report.figure_claims import figure_claims
 from imo_analysis.report.metrics import Resting, StepResponse
 from imo_analysis.report.pencils import _mirrored
@@ -145,3 +148,26 @@ def test_short_paths_go_where_the_long_ones_went() -> None:
         at = start if part == "z" else at
     assert len(written) < 0.6 * len(path)
     assert np.abs(np.array(places) - np.vstack([random, [[10, 20], [30, 20]]])).max() <= 0.0501
+
+
+@pytest.mark.slow
+def test_what_a_search_finds(paper: Study, tmp_path: Path) -> None:
+    """The sentence on the choice, from results that went through a file, against the numbers; and changed numbers."""
+    study = paper.only(["repaired"])
+    data = json.loads(json.dumps(searched.compute(study)))
+    found = searched.drawn(study, data, tmp_path)
+    one, = found.results
+    before, after = one.verified_before, one.verified
+    said = plain("".join(_searched(found)))
+    better = after.settling < before.settling and after.noise < before.noise
+    assert ("it is quicker and quieter than with the study's gains" in said) == better
+    assert f"{1e3 * after.settling:.3g} ms in place of {1e3 * before.settling:.3g} ms" in said
+    assert after.noise == pytest.approx(after.noise_predicted, rel=0.1), "the linearisation and the simulation, two routes"
+    data["results"][0]["verified"] |= {"noise": 9.0, "settling": 9.0}
+    assert "it is neither quicker nor quieter" in plain("".join(_searched(searched.drawn(study, data, tmp_path))))
+    assert "No gains were searched for: why not" in plain("".join(_searched(searched.Searched([], None, ["why not"]))))
+
+
+def plain(text: str) -> str:
+    text = html.unescape(re.sub(r"<svg.*?</svg>|<[^>]+>", " ", text, flags=re.DOTALL))
+    return re.sub(r"\s+", " ", text)

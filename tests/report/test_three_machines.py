@@ -109,7 +109,8 @@ def light() -> Iterator[None]:
 
     def collect(worker: None, path: Path) -> dict[str, Any]:
         path.write_text("{}", encoding="utf-8")
-        return {"mutants": nothing, "definition_mutants": code, "constants": [], "refutations": [], **seen}
+        return {"mutants": nothing, "definition_mutants": code, "constants": [], "refutations": [],
+                "searched": {"results": [], "refused": ["left out"]}, **seen}
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(checks, "beside", beside)

@@ -7,8 +7,10 @@ from collections.abc import Mapping, Sequence
 
 from imo_analysis.notation import symbol
 from imo_analysis.report.page import Chapter, Html, answer, figure, inline, join, number, prose, table, tag
+from imo_analysis.report.searched import Searched
 from imo_analysis.report.tuned import SHOWN, Judged, Tuned
 from imo_analysis.report.words import typeset
+from imo_analysis.tuning.tune import Tuned as Result
 
 _SCALE = {"settling": 1e3, "recovery": 1.0, "overshoot": 100.0, "noise": 1.0, "bias": 1.0}
 _HEAD = {"settling": "settling (ms)", "recovery": "recovery (s)", "overshoot": "overshoot (%)", "noise": "noise (rad/s)",
@@ -17,14 +19,13 @@ _HEAD = {"settling": "settling (ms)", "recovery": "recovery (s)", "overshoot": "
 _LOST = "unstable, or without a state at rest, in part of the range"
 
 
-def tuned_chapter(result: Tuned) -> Chapter:
+def tuned_chapter(result: Tuned, found: Searched | None = None) -> Chapter:
     """What the gains of the study give, and what the rule's."""
     body = join([
         prose("What are good gains, the paper leaves open. An observer is only as good as its gains, so that a comparison is "
               "fair only where one rule has chosen all of them."),
-        *(_refused(result) if result.wish is None else (*_wish(result), *_judged(result), *_compared(result))),
-        tag("p", tag("code", "imo tune study.toml"), " searches for better gains than the rule's, and tries them in runs.",
-            class_="note"),
+        *(_refused(result) if result.wish is None else
+          (*_wish(result), *_judged(result), *_searched(found), *_compared(result))),
     ])
     return Chapter("gains", "Gains", "Gains by one rule: the repaired observers, the paper's and the baseline", body)
 
@@ -54,8 +55,7 @@ def _written(name: str, value: float) -> str:
 
 def _judged(result: Tuned) -> list[Html]:
     rows = [(tag("code", one.observer), "the rule's" if one.rule else "the study's",
-             *(number(_SCALE[name] * one.values[name]) if math.isfinite(one.values[name]) else "–" for name in SHOWN),
-             number(one.measured), tag("span", _verdict(one), class_="wide")) for one in result.judged]
+             *_values(one.values), number(one.measured), tag("span", _verdict(one), class_="wide")) for one in result.judged]
     head = ("observer", "gains", *(_HEAD[name] for name in SHOWN), "rms error in the run (rad/s)", "meets the wish")
     gains = [(tag("code", one.observer), _gains(one.gains)) for one in result.judged if one.rule]
     return [
@@ -68,6 +68,11 @@ def _judged(result: Tuned) -> list[Html]:
 
 def _gains(gains: Mapping[str, float]) -> Html:
     return inline(", ".join(f"${symbol(name).latex} = {value:.4g}$" for name, value in gains.items() if math.isfinite(value)))
+
+
+def _values(values: Mapping[str, float]) -> list[str]:
+    """The quantities of a table's row, a dash where there is none."""
+    return [number(_SCALE[name] * values[name]) if math.isfinite(values[name]) else "–" for name in SHOWN]
 
 
 def _verdict(one: Judged) -> str:
@@ -112,6 +117,53 @@ def _change(before: Judged, after: Judged) -> str:
         "neither better")
     return (f"settling time and noise of {_written('settling', before.values['settling'])} and "
             f"{_written('noise', before.values['noise'])}; with the rule's gains {now}: {word}.")
+
+
+_ROLES = (("before", "the study's"), ("rule", "the rule's"), ("chosen", "chosen"))
+
+
+def _searched(found: Searched | None) -> list[Html]:
+    """What a search finds that is left to itself, with what simulations say that had no part in it."""
+    if found is None or not found.results:
+        return [answer(typeset(f"No gains were searched for: {'; '.join(found.refused)}."))] if found and found.refused else []
+    rows = [(tag("code", one.name), word, *_values(gains.values),
+             "yes" if not gains.missed else f"misses {_names(gains.missed)}")
+            for one in found.results for role, word in _ROLES for gains in (getattr(one, role),)]
+    checked = [(tag("code", one.name), word, f"{100 * seen.lost:.3g}", number(seen.rms_95), number(seen.noise),
+                number(seen.noise_predicted), number(1e3 * seen.settling), number(1e3 * seen.settling_predicted))
+               for one in found.results for word, seen in (("the study's", one.verified_before), ("chosen", one.verified))]
+    columns = ("observer", "gains", "lost (%)", "rms error of the worst runs (rad/s)", "noise (rad/s)", "predicted",
+               "settling (ms)", "predicted")
+    return [
+        tag("h3", "Gains that a search finds"),
+        prose("The search looks on the exact linearisation for the least noise that the wish leaves. What it finds is then "
+              "tried in simulations that had no part in it: random machines, speeds and loads, and speeds between those of the "
+              "search."),
+        table(("observer", "gains", *(_HEAD[name] for name in SHOWN), "meets the wish"), rows, "The worst over the range",
+              range(2, 2 + len(SHOWN))),
+        answer(*(typeset(line) for one in found.results for line in _chosen(one))),
+        *([figure(found.figure.svg, found.figure.caption, found.figure.caption, found.figure.file)] if found.figure else []),
+        table(columns, checked, "Simulations that were not used in the search", range(2, len(columns))),
+        table(("observer", "gains that were chosen (SI units)"),
+              [(tag("code", one.name), _gains(one.chosen.gains)) for one in found.results]),
+        tag("p", tag("code", "imo tune study.toml"), class_="note"),
+    ]
+
+
+def _chosen(one: Result) -> list[str]:
+    """The reason of a choice, and whether simulations agree that it is better."""
+    before, after = one.verified_before, one.verified
+    better = (after.settling < before.settling, after.noise < before.noise)
+    word = {(True, True): "quicker and quieter", (True, False): "quicker, not quieter", (False, True): "quieter, not quicker",
+            (False, False): "neither quicker nor quieter"}[better]
+    lines = [f"`{one.name}`: {one.reason}."]
+    if math.isfinite(before.settling):
+        lines.append(f"In simulation it is {word} than with the study's gains: {_written('settling', after.settling)} in place "
+                     f"of {_written('settling', before.settling)}, {_written('noise', after.noise)} in place of "
+                     f"{_written('noise', before.noise)}.")
+    if one.note:
+        lines.append(f"`{one.name}` is tuned {one.note}.")
+    return lines
 
 
 def _compared(result: Tuned) -> list[Html]:
