@@ -169,3 +169,37 @@ def test_maps_name_what_can_be_identified():
     assert (speed_torque_map(MACHINE, [-slip, 50.0], [0.0, 5.0], depth=0.05, frequency=30.0).kind.values == 4).all()
     swing = modulation_map(MACHINE, [0.01, 0.1], [1.0, 30.0])
     assert swing.alpha_both.values[0, 1] == pytest.approx(10 * swing.alpha_both.values[1, 1], rel=0.05)
+
+
+def test_the_line_of_zero_stator_frequency():
+    """A motion with the torque that the line asks for: its flux stands, and a window of it tells nothing of omega or alpha."""
+    omega = 10.0
+    torque = steady_state.torque_at_zero_frequency(omega, 0.5307, MACHINE.n_p, MACHINE.R_r)
+    slip = bounds.slip_at(MACHINE, torque, 0.5307)
+    assert slip == pytest.approx(-omega, rel=1e-12)
+    run = motion(duration=1.0, omega=omega, slip=slip)
+    assert float(np.ptp(run.phi_dr.values)) < 1e-9
+    assert np.linalg.matrix_rank(mean_gram(run), tol=1e-9 * mean_gram(run).max()) == 2
+    pulling = 1.5 * MACHINE.n_p * MACHINE.L_m / MACHINE.L_r * (run.phi_dr * run.i_qs - run.phi_qr * run.i_ds)
+    assert float(pulling.mean()) == pytest.approx(torque, rel=1e-9)
+
+
+@pytest.mark.slow
+def test_a_held_torque_in_closed_loop():
+    """The Gram matrix of a simulated drive under load, its flux modulated, against the closed form, within 2 %."""
+    from imo_analysis.excitation.swing import shape_of
+    from imo_analysis.simulation.run import simulate
+    from imo_analysis.study import Study
+
+    depth, frequency = 0.05, 60.0
+    study = Study.paper().only(["repaired"])
+    reference = shape_of("sine", frequency, study.drive, MACHINE.alpha).reference
+    run = simulate(study.changed({
+        "drive.flux_modulation": depth * 0.5307 * reference, "drive.flux_modulation_frequency": frequency,
+        "reference.time": [0.0], "reference.omega": [50.0], "load.T_l": [5.0], "simulation.duration": 4.0,
+        "simulation.record_every": 1}))
+    found = mean_gram(run.sel(time=slice(2.0, 2.0 + 10 * 2 * math.pi / frequency)))
+    slip = bounds.slip_at(MACHINE, 5.0, 0.5307)
+    root = math.sqrt(1 - depth**2)
+    closed = steady_state.gram_constant_torque(0.5307, depth, root, frequency, slip, MACHINE.alpha, MACHINE.beta)
+    assert [found[2, 2], found[2, 3], found[3, 3]] == pytest.approx(closed, rel=0.02)
