@@ -136,6 +136,6 @@ def _numbers(option: str, text: str) -> tuple[float, ...]:
 
 
 def _positive(option: str, values: Any) -> tuple[float, ...]:
-    if not all(value > 0 for value in values):
-        raise InputError(f"{option} {' '.join(f'{v:g}' for v in values)} must be above 0")
+    if not all(0 < value < math.inf for value in values):
+        raise InputError(f"{option} {' '.join(f'{v:g}' for v in values)} must be above 0 and finite")
     return tuple(values)
