@@ -65,6 +65,7 @@ def _front(axis: Any, front: xr.Dataset, role: str, scale: float) -> None:
         on = finite & np.isin(roles, (role, "wish"))
         x, y = scale * one[role].values[on], one["noise"].values[on]
         order = np.argsort(x)
+        order = order[[k for k in range(len(order)) if y[order[k]] <= y[order[: k + 1]].min()]]  # what nothing beats in both
         axis.plot(x[order], y[order], color=style.color, linestyle=style.linestyle, marker=".", markersize=5)
         for which, marker, face in (("before", "o", "none"), ("rule", "x", style.color), ("chosen", "*", style.color)):
             at = finite & (roles == which)
@@ -92,6 +93,6 @@ def _legend(figure: Figure, observers: Sequence[str]) -> None:
         Line2D([], [], color=grey, linestyle="none", marker="o", markerfacecolor="none", label="gains of the study"),
         Line2D([], [], color=grey, linestyle="none", marker="x", label="rule of thumb"),
         Line2D([], [], color=grey, linestyle="none", marker="*", markersize=11, label="chosen"),
-        Line2D([], [], color=grey, linestyle=(0, (1, 1.5)), label="gains of the study (below)"),
+        Line2D([], [], color=grey, linestyle=(0, (1, 1.5)), label="the same, over speed"),
     ]
     figure.legend(handles=handles, loc="outside lower center", ncols=4, frameon=False)

@@ -31,6 +31,8 @@ _POPULATION, _FIRST, _NEXT = 28, 36, 18  # members, generations of the first sea
 _ROUNDS = 3
 _BAND = 0.9 * BAND
 _MARGIN = 0.97  # of every limit: what the few points and times of the search may miss
+_HARD = ((0.0, -1.0), (0.0, 1.0), (1.0, -1.0))  # where errors tell most: from lowest speed to highest; slip
+_NEAR = 0.4  # how far from the rule of thumb the first members lie, in logarithms
 _STEP = 1.1  # a limit is brought nearer by this factor at most in one round
 _FAIL = 100.0  # above every logarithm of a noise
 
@@ -80,6 +82,8 @@ class Search:
         Gains that are not searched for and stay what they are: alpha_l, delta, eta, S_0, where the observer has them.
     tick : callable
         Called once a generation.
+    rising : bool
+        Look only where the feedback of the flux errors grows with the speed: kappa or k_2 without k_3.
     """
 
     wish: Wish
@@ -88,6 +92,7 @@ class Search:
     seed: int
     kept: dict[str, float] = field(default_factory=dict)
     tick: Callable[[], None] = lambda: None
+    rising: bool = False
     _seen: list[tuple[Array, dict[str, Array]]] = field(default_factory=list)
 
     # Gains -------------------------------------------------------------------------------------------------------------
@@ -99,7 +104,7 @@ class Search:
         if self.kind == "baseline":
             rows += [(1e-2, 2.0)]
         elif self.kind != "baseline_scheduled":
-            rows += [(1e-5, 1.0), (1e-3, 4.0)]
+            rows += [(1e-5, 1e-4), (0.03, 4.0)] if self.rising else [(1e-5, 1.0), (1e-5, 4.0)]
         return np.log(np.array(rows))
 
     def gains(self, x: Array) -> dict[str, Any]:
@@ -165,7 +170,7 @@ class Search:
         return np.asarray(result.x)
 
     def _start(self, limits: dict[str, float]) -> tuple[Array, int]:
-        """First members, shape (members, variables): the rule of thumb and a Sobol sample, or the best of all seen so far."""
+        """First members, shape (members, variables): the rule of thumb, some near it and a Sobol sample; later the best seen."""
         from scipy.stats import qmc
 
         bounds = self.bounds
@@ -176,8 +181,10 @@ class Search:
                              loops.rising / loops.current])[: len(bounds)]
             if self.kind == "baseline":
                 rule[2] = loops.constant / self.wish.machine.alpha / loops.current
-            first = np.clip(np.log(np.maximum(rule, 1e-12)), bounds[:, 0], bounds[:, 1])
-            return np.vstack([first, fresh[: _POPULATION - 1]]), _FIRST
+            rule = np.log(np.maximum(rule, 1e-12))
+            near = rule + _NEAR * np.random.default_rng(self.seed).uniform(-1, 1, (12, len(bounds)))
+            near[0] = rule
+            return np.vstack([np.clip(near, bounds[:, 0], bounds[:, 1]), fresh[: _POPULATION - len(near)]]), _FIRST
         everything = np.concatenate([x for x, _ in self._seen], axis=1)
         values = {name: np.concatenate([one[name] for _, one in self._seen]) for name in self._seen[0][1]}
         order = np.argsort(self._score(limits, values), kind="stable")
@@ -195,9 +202,10 @@ class Search:
         wish = self.wish
         parts = [judged(wish, response(wish.machine, self.kind, gains, wish.points(3, 3, (1.0,)), None, _TIMES, _BAND))]
         if corners := wish.corners():
-            count = 2 * len(corners)
-            point = OperatingPoint(np.resize([wish.low, wish.high], count), wish.flux, np.full(count, -wish.slip))
-            errors = {name: np.repeat([corner[name] for corner in corners], 2) for name in wish.uncertainty}
+            count = len(_HARD) * len(corners)
+            speeds, slips = (np.resize(one, count) for one in zip(*_HARD, strict=True))
+            point = OperatingPoint(np.where(speeds > 0, wish.high, wish.low), wish.flux, slips * wish.slip)
+            errors = {name: np.repeat([corner[name] for corner in corners], len(_HARD)) for name in wish.uncertainty}
             parts.append(judged(wish, response(wish.machine, self.kind, gains, point, errors, _TIMES, _BAND, quick=True)))
         return {name: np.max([part[name] for part in parts], axis=0) for name in QUANTITIES}
 

@@ -1,10 +1,10 @@
 """Gains for the observers of a study that meet its wish: search, choice, verification, for every observer by the same rule.
 
 For each observer: the gains that the study has, those of the rule of thumb, and the front between noise and times about the
-wish (`imo_analysis.tuning.search`). Of all that meet the wish on the linearisation (and, if there are such, are nowhere worse
-than the study's own) the one is chosen whose estimate is best in closed loop with noise, at the corners of the uncertainty
-(`imo_analysis.tuning.trial`); where none meets it, the one that comes nearest. The choice is then verified on machines, speeds,
-loads and noise that had no part in it.
+wish (`imo_analysis.tuning.search`). Of all that meet the wish on the linearisation (and, where the study's own gains do not, are
+nowhere worse than those, if there are such) the one is chosen whose estimate is best in closed loop with noise, at the corners
+of the uncertainty (`imo_analysis.tuning.trial`); where none meets it, the one that comes nearest. The choice is then verified on
+machines, speeds, loads and noise that had no part in it.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from imo_analysis.errors import InputError
 from imo_analysis.pencils.error import OperatingPoint
 from imo_analysis.study import Study
 from imo_analysis.tuning import trial
-from imo_analysis.tuning.loops import TUNABLE
+from imo_analysis.tuning.loops import ADAPTIVE, TUNABLE
 from imo_analysis.tuning.response import response
 from imo_analysis.tuning.search import Found, Search, front
 from imo_analysis.tuning.wish import Wish, excess, judge
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 _COMPARED = ("settling", "recovery", "overshoot", "noise")
 _UNSEEN_SEED = 7919  # added to the seed for what the choice has not seen
 _UNSEEN_SPEEDS = (0.07, 0.37, 0.83)  # of the range, on a logarithmic scale
-STEPS = 36 + 7 * 18  # generations of one observer's search, rounds that are made again aside
+STEPS = 2 * 36 + 7 * 18  # generations of one observer's search, rounds that are made again aside
 
 
 @dataclass(frozen=True)
@@ -140,7 +140,10 @@ def tune(study: Study, name: str, tick: Callable[[], None] = lambda: None) -> Tu
     rule = search.rule()
     wished = search.best(wish.limits, "wish")
     found = [wished, *front(search, wished)]
-    chosen, reason = _choice(study, name, wish, signs, seed, before, [*found, rule])
+    if kind in ADAPTIVE:  # another family, which the search would leave for the sake of a little noise
+        other = Search(wish, kind, signs, seed, kept, tick, rising=True)
+        found += [other.best({**wish.limits, "recovery": share * wish.limits["recovery"]}, "recovery") for share in (1.0, 0.5)]
+    chosen, reason = _choice(study, name, wish, signs, seed, before, [*found, rule, before])
     runs = study.tuning.runs
     both = [chosen.gains, before.gains]
     driven = trial.drive(study, name, both, wish, signs, seed + _UNSEEN_SEED, runs)
@@ -159,10 +162,10 @@ def _choice(
         return nearest, "no gains were found that meet the whole wish; these come nearest"
     better = [one for one in able if all(one.values[key] <= before.values[key] for key in _COMPARED)]
     which = f"of {len(able)} sets of gains that meet the wish"
-    if better and len(better) < len(able):
+    if before.missed and better and len(better) < len(able):
         able = better
-        which += f" {len(able)} that are nowhere worse than the study's own in {', '.join(_COMPARED)}," if len(able) > 1 else (
-            f" the only one that is nowhere worse than the study's own in {', '.join(_COMPARED)};")
+        which += f", {len(able)} of them nowhere worse than the study's own in {', '.join(_COMPARED)}," if len(able) > 1 else (
+            f" the only one nowhere worse than the study's own in {', '.join(_COMPARED)};")
     driven = trial.drive(study, name, [one.gains for one in able], wish, signs, seed)
     best = int(np.argmin(driven.rms_95))
     if not np.isfinite(driven.rms_95[best]):

@@ -21,6 +21,7 @@ from imo_analysis.tuning.rule import DAMPING, Times
 Array = NDArray[np.float64]
 DEFAULT_NOISE = 0.1  # A
 SAMPLING = 0.5  # rad a sample: the fastest mode stays below, so that a sampled observer still is what the pencil says
+_RESERVE = 0.75  # of the wished times: what the rule of thumb, which knows of no errors and no load, is asked for
 _LOAD = 0.75  # of the magnetising current, across the flux
 # what is judged, in the order of `Judged`: unit and meaning
 QUANTITIES = {
@@ -55,7 +56,7 @@ class Wish:
     uncertainty : dict of str to float
         Relative, either sign.
     times : Times
-        What the rule of thumb is asked for.
+        What the rule of thumb is asked for: the wish with a reserve.
     """
 
     machine: InductionMachine
@@ -96,8 +97,8 @@ class Wish:
                   "fastest": SAMPLING / study.simulation.sample_time}
         more = (("noise", table.speed_noise), ("bias", table.speed_error), ("lag", table.lag))
         limits |= {key: value for key, value in more if value is not None}
-        times = Times(table.settling_time, table.recovery_time, high, max(table.damping, DAMPING), table.lag,
-                      study.drive.speed_bandwidth)
+        times = Times(table.settling_time, _RESERVE * table.recovery_time, high, max(table.damping, DAMPING),
+                      _RESERVE * table.lag, study.drive.speed_bandwidth)
         return cls(machine, flux, slip, low, high, (1.0, -1.0) if table.directions == "both" else (1.0,), limits,
                    study.simulation.sample_time, noise, {k: v for k, v in table.uncertainty.items() if v > 0}, times)
 
