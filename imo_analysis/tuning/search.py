@@ -170,7 +170,7 @@ class Search:
         return np.asarray(result.x)
 
     def _start(self, limits: dict[str, float]) -> tuple[Array, int]:
-        """First members, shape (members, variables): the rule of thumb, some near it and a Sobol sample; later the best seen."""
+        """First members, shape (members, variables): the rule of thumb, some near it, a Sobol sample; later the best seen."""
         from scipy.stats import qmc
 
         bounds = self.bounds

@@ -1,10 +1,10 @@
 """Gains for the observers of a study that meet its wish: search, choice, verification, for every observer by the same rule.
 
 For each observer: the gains that the study has, those of the rule of thumb, and the front between noise and times about the
-wish (`imo_analysis.tuning.search`). Of all that meet the wish on the linearisation (and, where the study's own gains do not, are
-nowhere worse than those, if there are such) the one is chosen whose estimate is best in closed loop with noise, at the corners
-of the uncertainty (`imo_analysis.tuning.trial`); where none meets it, the one that comes nearest. The choice is then verified on
-machines, speeds, loads and noise that had no part in it.
+wish (`imo_analysis.tuning.search`). Of all that meet the wish on the linearisation (and, where the study's own gains do not,
+are nowhere worse than those, if there are such) the one is chosen whose estimate is best in closed loop with noise, at the
+corners of the uncertainty (`imo_analysis.tuning.trial`); where none meets it, the one that comes nearest. The choice is then
+verified on machines, speeds, loads and noise that had no part in it.
 """
 
 from __future__ import annotations
