@@ -140,7 +140,7 @@ def test_the_paper_s_observer_is_tuned_forward(monkeypatch):
     (("uncertainty = { R_s = 0.05, R_r = 0.2 }", "uncertainty = { R_x = 0.1 }"), "uncertainty.R_x is not known"),
     (("uncertainty = { R_s = 0.05, R_r = 0.2 }", "uncertainty = { R_s = 1.0 }"), "must be at least 0 and below 1"),
     (("damping = 0.5 ", "damping = 1.5 "), "damping"),
-    (("damping = 0.5 ", "dampin = 0.5 "), "tuning.dampin is not a known key"),
+    (("damping = 0.5 ", "dampings = 0.5 "), "tuning.dampings is not a known key"),
 ])
 def test_a_wish_that_cannot_be(tmp_path, capsys, change, said):
     assert main(["tune", _study(tmp_path, change)]) == 2
