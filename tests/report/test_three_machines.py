@@ -255,6 +255,18 @@ def test_commands_name_what_the_study_has(made: Made) -> None:
     words = plain(chapter(made.text, "reproduce")) + plain(chapter(made.text, "simulations"))
     named = set(re.findall(r"--scenario (\w+)", words))
     assert named <= set(made.study.scenarios)
+    assert "the paper's study" not in words, "imo study --init does not write this one"
+
+
+def test_the_commands_are_understood(made: Made) -> None:
+    from imo_analysis.cli import parser_of
+
+    block = html.unescape(re.search(r"<pre><code>(.*?)</code>", chapter(made.text, "reproduce"), re.DOTALL)[1])  # type: ignore[index]
+    lines = [line.split("#")[0].split() for line in block.splitlines()]
+    assert len(lines) >= 6
+    for program, command, *arguments in lines:
+        assert program == "imo"
+        parser_of(command).parse_args(arguments)
 
 
 @pytest.mark.parametrize("made", ["wrong"], indirect=True)

@@ -26,13 +26,7 @@ def versions() -> dict[str, str]:
 
 def reproduce_chapter(study: Study, files: Sequence[tuple[str, str]]) -> Chapter:
     """Commands, versions, the hash of the study, and the files beside the page."""
-    commands = f"""imo study --init study.toml                 # the paper's study, commented, to change
-imo report study.toml --out imo-report      # this dossier
-imo derive                                  # the ledger as a table
-imo derive eq12                             # one entry, with its evidence
-imo poles --omega {",".join(f"{omega:g}" for omega in study.poles.omega)}
-{_simulate(study)}
-imo excite run.nc"""
+    commands = "\n".join(f"{command:<44}# {meaning}" if meaning else command for command, meaning in _commands(study))
     body = join(
         [
             prose("Everything on this page was computed by these commands from the study file; nothing was typed in."),
@@ -48,9 +42,19 @@ imo excite run.nc"""
     return Chapter("reproduce", "Reproduce", "How to reproduce this", body)
 
 
-def _simulate(study: Study) -> str:
-    """The command for a run that the study has."""
+def _commands(study: Study) -> list[tuple[str, str]]:
+    """Commands with what each does, for this study: beside the page it is study.toml."""
     from imo_analysis.report.scenarios import scenario_names
 
     name = scenario_names(study)[-1]
-    return f"imo simulate study.toml{f' --scenario {name}' if name else ''} --out run.nc"
+    init = ("imo study --init study.toml", "the paper's study, commented, to change")
+    return [
+        *([init] if study.sha256 == Study.paper().sha256 else []),
+        ("imo report study.toml --out imo-report", "this dossier; --markdown and --pdf make copies"),
+        ("imo derive", "the ledger as a table"),
+        ("imo derive eq12", "one entry, with its evidence"),
+        (f"imo poles --study study.toml --omega {','.join(f'{omega:g}' for omega in study.poles.omega)}", ""),
+        (f"imo simulate study.toml{f' --scenario {name}' if name else ''} --out run.nc", ""),
+        ("imo excite run.nc", "whether alpha and speed can be told apart along it"),
+        ("imo tune study.toml", "gains for what the study wishes"),
+    ]
