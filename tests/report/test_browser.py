@@ -135,7 +135,7 @@ def test_the_ledger_opens_and_filters(browser: Any, file: Path) -> None:
     shown = page.locator("details.entry:visible").count()
     assert 0 < shown < entries.count() and page.inner_text("#ledger-tools output").startswith(f"{shown} of ")
     page.click('#ledger-tools button[data-verdict=""]')
-    page.fill("#ledger-tools input", "alpha_hat")
+    page.fill("#ledger-tools input", "alpha")
     assert 0 < page.locator("details.entry:visible").count() < entries.count()
     identifier = entries.last.get_attribute("id")
     page.fill("#ledger-tools input", "")

@@ -15,10 +15,12 @@ addEventListener("afterprint",function(){closed.forEach(function(e){e.open=false
 var tools=document.getElementById("ledger-tools");
 if(tools){
   var entries=all("details.entry"), word=tools.querySelector("input"), chosen="";
+  // what an entry can be found by: its words, and the LaTeX of its formulas
+  var said=function(e){return e.said||(e.said=(e.textContent+" "+all("math",e).map(function(m){return m.getAttribute("alttext");}).join(" ")).toLowerCase());};
   var show=function(){
     var w=word.value.trim().toLowerCase(), n=0;
     entries.forEach(function(e){
-      var on=(!chosen||e.dataset.verdict===chosen)&&(!w||e.textContent.toLowerCase().indexOf(w)>=0);
+      var on=(!chosen||e.dataset.verdict===chosen)&&(!w||said(e).indexOf(w)>=0);
       e.hidden=!on; if(on)n++;
     });
     tools.querySelector("output").textContent=n+" of "+entries.length+" shown";
