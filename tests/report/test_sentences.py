@@ -12,13 +12,16 @@ import pytest
 import xarray as xr
 
 from imo_analysis.paper.statements import ALPHA_FINAL
+from imo_analysis.pencils.setup import Setup
+from imo_analysis.pencils.sweep import pole_sweep
 from imo_analysis.report import searched
 from imo_analysis.report.atlas import atlas
+from imo_analysis.report.chapters.pencils import _neutral
 from imo_analysis.report.chapters.simulations import _stay
 from imo_analysis.report.chapters.tuned import _searched, tuned_chapter
 from imo_analysis.report.figure_claims import figure_claims
 from imo_analysis.report.metrics import Resting, StepResponse
-from imo_analysis.report.pencils import _mirrored
+from imo_analysis.report.pencils import PoleResult, _mirrored
 from imo_analysis.report.run_figures import banded
 from imo_analysis.report.scenarios import Divergence, Scenario, WindowResult
 from imo_analysis.report.tuned import BY_RULE, tuned
@@ -73,6 +76,16 @@ def sweep(shift: float) -> xr.Dataset:
     dims = ("observer", "omega", "branch")
     return xr.Dataset({"re": (dims, both.real), "im": (dims, both.imag)},
                       coords={"observer": ["one", "two"], "omega": omega, "branch": [1, 2]})
+
+
+def test_who_has_poles_that_stay_at_zero(paper: Study) -> None:
+    """Those with xi, and not the baseline, although in one data set its missing poles are padded."""
+    setups = {name: Setup.of_study(paper, name) for name in ("baseline", "repaired")}
+    both = pole_sweep(setups, {"omega": [-60.0, 20.0, 60.0]}).data
+    said = _neutral(PoleResult(both, both, [], [], [], {}))
+    assert "`repaired` has 2 more, at zero" in said and "baseline" not in said
+    assert _neutral(PoleResult(both, pole_sweep({"baseline": setups["baseline"]}, {"omega": [20.0, 60.0]}).data,
+                               [], [], [], {})) == ""
 
 
 def test_what_mirrors() -> None:

@@ -160,7 +160,7 @@ def _printed_numbers() -> int:
 
 def _neutral(poles: PoleResult) -> str:
     """Which observers have poles at zero at every speed, with the direction in which nothing moves."""
-    still = {str(name): int((~moving(poles.sweep.sel(observer=name))).sum()) for name in poles.sweep["observer"].values}
+    still = {str(name): int(poles.sweep["neutral"].sel(observer=name).sum()) for name in poles.sweep["observer"].values}
     with_some = [f"`{name}`" for name, count in still.items() if count]
     if not with_some:
         return ""
