@@ -50,7 +50,7 @@ R_s, L_m, sigma, beta, alpha = p = symbols("R_s L_m sigma beta alpha")
 omega = symbols("omega")[0]
 x = symbols("i_ds i_qs phi_dr phi_qr")
 rates = plant.plant((*x, omega), (0, 0), 0, 0, (*p, 0, 1, 1))[:4]
-A = sympy.Matrix(4, 4, lambda row, column: sympy.expand(rates[row]).coeff(x[column]))
+A = sympy.ImmutableMatrix(4, 4, lambda row, column: sympy.expand(rates[row]).coeff(x[column]))
 show("A'(omega) of (2):", A)
 
 # %% [markdown]
@@ -62,7 +62,7 @@ show("A'(omega) of (2):", A)
 
 # %%
 j = sympy.I
-C = sympy.Matrix(2, 2, lambda row, column: sympy.factor(A[2 * row, 2 * column] + j * A[2 * row + 1, 2 * column]))
+C = sympy.ImmutableMatrix(2, 2, lambda row, column: sympy.factor(A[2 * row, 2 * column] + j * A[2 * row + 1, 2 * column]))
 show("The same as a 2x2 complex matrix:", C)
 s = sympy.Symbol("s")
 quadratic = C.charpoly(s).as_expr()
@@ -113,7 +113,7 @@ check("2.2", answer_2_2)
 #
 # </details>
 #
-# Both in one line, for any speed:
+# Both in one line, for any speed (sympy writes $i$ for $j$):
 
 # %%
 show("Characteristic polynomial of the machine at frozen speed:", sympy.collect(sympy.expand(quadratic), s))
@@ -167,7 +167,7 @@ check("2.3", answer_2_3)
 # $$ \dot{\tilde x} = \left( A'(\omega) - L\,C' \right) \tilde x . $$
 #
 # The input is gone; that is the point of copying. The baseline observer (2)-(4), of Kubota, Matsuse and Nakano, by its
-# definition:
+# definition (its last row, with the gain $h$, adapts the speed; with the speed frozen it plays no part):
 
 # %%
 rows(("i_ds_hat_dot", "i_qs_hat_dot", "phi_dr_hat_dot", "phi_qr_hat_dot", "omega_hat_dot"),

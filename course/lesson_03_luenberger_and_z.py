@@ -171,11 +171,12 @@ check("3.3", answer_3_3)
 #
 # With $\omega$ and $\alpha$ known the error dynamics are
 #
-# $$ \dot{\tilde i} = \left(-k_1 - \tfrac{R_s}{\sigma} + j\omega\right)\tilde i + (\alpha - j\omega)\tilde z, \qquad
+# $$ \dot{\tilde i} = (-a + j\omega)\,\tilde i + (\alpha - j\omega)\,\tilde z, \qquad
 # \dot{\tilde z} = -F\,\tilde i , $$
 #
-# with $F = \pm j k_2\omega$ for the two that respect the symmetry. Why not $-\alpha(1 + \beta L_m)$ in the first bracket,
-# as (6) has it? Because (7) uses the *measured* current in that term, so it drops out of the difference.
+# with $a = k_1 + R_s/\sigma$ and $F = \pm j k_2\omega$ for the two that respect the symmetry. Why not $-\alpha(1 +
+# \beta L_m)$ in the first bracket, as (6) has it? Because (7) uses the *measured* current in that term, so it drops out
+# of the difference.
 #
 # ### Exercise 3.4: the product
 #
@@ -199,8 +200,8 @@ check("3.4", answer_3_4)
 #
 # </details>
 #
-# **Write down what you expect.** Of the three, which have all error poles in the left half plane at 100 rad/s with $k_1$ =
-# 300 /s, $k_2$ = 50? How many of the three?
+# **Write down what you expect.** Of the three, which have all error poles in the left half plane at 100 rad/s with
+# $k_1$ = 300 /s, $k_2$ = 50? How many of the three?
 
 # %%
 my_count = ...
@@ -224,10 +225,11 @@ def decay(k_2=50.0, k_1=300.0):
     figure, axes = new_figure(height=3.0)
     for name in three:
         matrices = frozen_matrix(machine, f"luenberger_{name}", {"k_1": k_1, "k_2": k_2, "K_p": 0.0}, speeds)
-        axes.plot(speeds, -np.linalg.eigvals(matrices).real.max(axis=-1), label=name, **line(name).kwargs())
+        slowest = -np.linalg.eigvals(matrices).real.max(axis=-1)
+        axes.plot(speeds, np.round(slowest, 6), label=name, **line(name).kwargs())
     axes.axhline(0, color=TRUTH.color, linewidth=0.8)
     axes.set(xlabel=r"speed $\omega$ (rad/s)", ylabel="slowest decay (1/s)")
-    axes.text(-148, 12, "stable above this line", fontsize=7.5, color=LIMIT.color)
+    axes.annotate("stable above this line", (-148, 0), (0, 3), textcoords="offset points", fontsize=7.5, color=LIMIT.color)
     axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=3, frameon=False)
     return figure
 
@@ -235,10 +237,12 @@ def decay(k_2=50.0, k_1=300.0):
 vary(decay, k_2=(0.0, 100.0, 5.0), k_1=(0.0, 600.0, 50.0))
 
 # %% [markdown]
-# Only one is stable, the one that (12) needs. At standstill even that one does not decay: its gain goes to zero with the
-# speed, and the integrator is alone. Try $k_2 = 0$: all three coincide and nothing decays.
+# Only one is stable, the one that (12) needs (the curves of the other two nearly coincide). At standstill even that one
+# does not decay: its gain goes to zero with the speed, and the integrator is alone. Try $k_2 = 0$: all three coincide
+# and nothing decays.
 #
-# The whole observer, with the right feedback:
+# The whole observer, with the right feedback. In its last row $s$ is the direction of rotation, the paper's
+# $\mathrm{Sign}(\omega)$:
 
 # %%
 rows(("i_ds_hat_dot", "i_qs_hat_dot", "z_1_hat_dot", "z_2_hat_dot", "omega_hat_dot"),

@@ -95,12 +95,13 @@ check("4.1", answer_4_1)
 settled("eq12.")
 
 # %% [markdown]
-# (One row of (12) is printed with two wrong signs; the corrected one is proved.)
+# (The q row of (12) is printed with two wrong signs; the corrected one is proved. The z rows are right as printed, and
+# it is (8) that must be corrected for them: its feedback is the first of lesson 3.)
 #
 # ## Step 1: the unknown states
 #
-# $V$ starts with $\tfrac12|\tilde i|^2$. Its derivative brings the cross terms $\mathrm{Re}\,[\tilde i^* (\alpha\tilde\xi -
-# j\omega\tilde z)]$, without sign. Add $\tfrac{p_\xi}{2}|\tilde\xi|^2$, whose derivative is
+# $V$ starts with $\tfrac12|\tilde i|^2$. Its derivative brings the cross terms $\mathrm{Re}\,[\tilde i^*
+# (\alpha\tilde\xi - j\omega\tilde z)]$, without sign. Add $\tfrac{p_\xi}{2}|\tilde\xi|^2$, whose derivative is
 # $p_\xi\,\mathrm{Re}\,[\tilde\xi^*\,(-k_3\tilde i)]$.
 #
 # ### Exercise 4.2: the weight of the xi error
@@ -170,8 +171,7 @@ check("4.3", answer_4_3)
 # $$ \dot V = -\left(k_1 + \tfrac{R_s}{\sigma}\right)|\tilde i|^2
 # - \frac{\omega\,\dot{\hat\omega}}{2k_2\hat\omega^2}|\tilde z|^2 . $$
 #
-# (16) claims the first term as a bound. The second is negative only while $\hat\omega$ *rises*, and it multiplies
-# $|\tilde z|^2$, which nothing damps.
+# (16) claims the first term as a bound. So what of the second? It multiplies $|\tilde z|^2$, which nothing damps.
 #
 # ### Exercise 4.4: its sign
 #
@@ -185,8 +185,8 @@ check("4.4", answer_4_4)
 # %% [markdown]
 # <details><summary>Solution 4.4</summary>
 #
-# $\dot{\hat\omega} < 0$, so $-\omega\dot{\hat\omega} > 0$: it raises $V$. The better the estimate converges from above,
-# the more. No property of a sign operator helps.
+# $\dot{\hat\omega} < 0$, so $-\omega\dot{\hat\omega} > 0$: it raises $V$. The faster the estimate comes down, the more.
+# Only while $\hat\omega$ *rises* does the term help. No property of a sign operator changes that.
 #
 # ```python
 # answer_4_4 = "b"
@@ -245,9 +245,11 @@ vary(fall_or_rise, omega_hat=(10.0, 180.0, 10.0), share=(0.0, 1.0, 0.1))
 
 # %% [markdown]
 # The first curve rises: (16) is not true along this run, although every hypothesis holds. That it falls later, and
-# deeper, does not save the theorem: what rises once may rise again, and nothing bounds it. The second is a repair, with
-# the gain $\kappa s$ in place of $k_2\hat\omega$ ($s$ the known direction of rotation). Its weight $|\omega|/\kappa$
-# stands still, and so its $V$ can only fall. Lesson 9 has the others.
+# deeper, does not save the theorem: what rises once may rise again, and nothing in the proof bounds it. (From a first
+# guess of 10 rad/s $\hat\omega$ passes through zero on its way, and there $V$ is no energy at all. Move the slider.)
+#
+# The second is a repair, with the gain $\kappa s$ in place of $k_2\hat\omega$ ($s$ the known direction of rotation). Its
+# weight $|\omega|/\kappa$ stands still, and so its $V$ can only fall. Lesson 9 has the others.
 #
 # ## The observer, in full
 #

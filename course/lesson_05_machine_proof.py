@@ -34,6 +34,7 @@ from imo_analysis.ledger.mutants import try_mutants
 from imo_analysis.ledger.question import Question
 from imo_analysis.ledger.setting import setting
 from imo_analysis.ledger.settings import errors
+from imo_analysis.paper.contents import row
 
 # %% [markdown]
 # ## Why not simply put numbers in?
@@ -81,19 +82,17 @@ print("xi_1_tilde_dot  is", where.definitions["xi_1_tilde_dot"])
 print("hypotheses:", "; ".join(map(str, where.hypotheses)))
 
 # %% [markdown]
-# So nobody derives (12) here. Its printed rows are *compared* with what the definitions say. One row differs:
+# So nobody derives (12) here. Its printed rows are *compared* with what the definitions say. One of the current's two
+# rows differs. As printed:
 
 # %%
-entry("eq12.i_qs")
+print(row("eq12.i_qs").text)
 
 # %% [markdown]
-# Read it from the top: verdict, what is printed, what is right with the difference marked, the setting and its
-# hypotheses, the finding of each kernel, the units, and what else falls with it. Two kernels agreed (a third, Coq, can be
-# asked for: `imo derive --kernel all`).
-#
 # ### Exercise 5.1: how wrong is it?
 #
-# Give **printed minus right** for this row, as a formula in the errors, the estimates and `omega`.
+# The right row is the imaginary part of $\dot{\tilde i}$ in lesson 4. Give **printed minus right**, as a formula in the
+# errors, the estimates and `omega`.
 
 # %%
 answer_5_1 = ...
@@ -110,6 +109,17 @@ check("5.1", answer_5_1)
 # ```
 #
 # </details>
+#
+# Now let the ledger say it:
+
+# %%
+entry("eq12.i_qs")
+
+# %% [markdown]
+# Read it from the top: verdict, what is printed, what is right with the difference marked, the setting and its
+# hypotheses, whose slip it is, the findings, the units, and which kernels agreed (a third, Coq, can be asked for: `imo
+# derive --kernel all`). The finding on the printed row ends with *left minus right*, which is the negative of your
+# answer in other letters, and has a point at which it is not zero.
 #
 # Harmless: (14) and $A^*$ of (20) have the right signs, so nothing was built on it. Telling harmless from harmful slips
 # is half of reading a paper.

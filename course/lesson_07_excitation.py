@@ -52,7 +52,8 @@ rows(("v_1d", "v_1q", "v_2d", "v_2q"), (*v_1, *v_2))
 # %% [markdown]
 # ### Exercise 7.1: the proportion
 #
-# The flux is constant, so $\dot\psi = 0$. Then $v_1 = c\,v_2$. Give $c$ as a formula.
+# The flux is constant, so $\dot\psi = 0$. Then $v_1 = c\,v_2$. Give $c$ as a formula in `slip` (for $\omega_{sl}$),
+# `alpha`, `beta`, `psi`, as far as they are needed.
 
 # %%
 answer_7_1 = ...
@@ -128,7 +129,7 @@ zeros = []
 for guess, (name, values) in zip(my_zeros, situations.items(), strict=True):
     zeros.append(int(np.sum(values < 1e-9)))
     print(f"{name:22s} {np.array2string(values, precision=4, suppress_small=True)}")
-    expected(guess, zeros[-1], "zero eigenvalues")
+    expected(guess, zeros[-1], "of four zero")
 assert zeros == [1, 0, 2]
 
 # %% [markdown]
@@ -230,6 +231,7 @@ def arrows(depth=0.1, frequency=20.0, slip=5.0):
     left.plot(np.full_like(t, two[0]), two[1], label="$v_2$", **line(1).kwargs())
     left.plot(0, 0, "+", color="#1a1a1a")
     left.set(xlabel="along the flux (A)", ylabel="across the flux (A)")
+    left.set_aspect("equal", adjustable="datalim")  # the angle is what matters
     left.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=2, frameon=False)
     depths = np.linspace(0, 0.2, 41)
     right.plot(100 * depths, [apart(d, frequency, slip) for d in depths], **line(2).kwargs())
@@ -238,7 +240,7 @@ def arrows(depth=0.1, frequency=20.0, slip=5.0):
     return figure
 
 
-vary(arrows, depth=(0.0, 0.2, 0.01), frequency=(5.0, 60.0, 5.0), slip=(0.0, 20.0, 1.0))
+vary(arrows, depth=(0.0, 0.2, 0.01), frequency=(5.0, 60.0, 5.0), slip=(1.0, 20.0, 1.0))
 
 # %% [markdown]
 # ### Exercise 7.4: enough, but not too much

@@ -229,8 +229,9 @@ check("10.4", answer_10_4)
 #
 # </details>
 #
-# Of third order in the errors. It has no sign, and no law cancels it, as $\tilde z$ is not measured: so a proof for small
-# errors, none for large ones. Exactly the fate of the printed gain (repair 4). Here is what the ledger's tools say of
+# Of third order in the errors. It has no sign, and no law cancels it, as $\tilde z$ is not measured. So this $V$ proves
+# nothing for large errors. Near zero the linear part decides, and there the rest is gone: the fate of the printed gain
+# (repair 4: small errors, under excitation). Here is what the ledger's tools say of
 # your observer, kernels and mutants included:
 
 # %%

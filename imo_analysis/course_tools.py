@@ -6,6 +6,7 @@ figures shown, with sliders where ipywidgets is installed. ``IMO_STATIC`` in the
 
 from __future__ import annotations
 
+import html
 import inspect
 import os
 from collections.abc import Callable, Iterable, Sequence
@@ -35,7 +36,7 @@ def check(identifier: str, answer: Any) -> None:
 
 
 def expected(guess: Any, value: float, unit: str = "") -> None:
-    """Lay a prediction beside what came out; without a prediction say what came out and ask for one the next time."""
+    """Lay a prediction beside what came out; a count (an int) is right or not. Without a prediction say what came out."""
     found = f"{value:.4g} {unit}".rstrip()
     if guess is Ellipsis:
         print(f"it is {found}; you made no prediction")
@@ -45,8 +46,11 @@ def expected(guess: Any, value: float, unit: str = "") -> None:
     except (TypeError, ValueError):
         print(f"it is {found}; you wrote {guess!r}")
         return
-    words = "well seen" if share <= 0.1 else "the right order" if share <= 1 else "far off: stop and find out why"
-    print(f"it is {found}; you expected {float(guess):.4g} {unit}: {words}")
+    if isinstance(value, int):
+        words = "well seen" if share == 0 else "not so: stop and find out why"
+    else:
+        words = "well seen" if share <= 0.1 else "the right order" if share <= 1 else "far off: stop and find out why"
+    print(f"it is {found}; you expected {float(guess):.4g} {unit}".rstrip() + f": {words}")
 
 
 def rows(left: Iterable[str], right: Iterable[Any]) -> None:
@@ -114,14 +118,22 @@ def entry(identifier: str) -> None:
     print(full(entries(("flint", "sympy"), wanted)[0], 100))
 
 
-def picture(figure: Figure) -> None:
-    """Show a figure as SVG in a notebook; a script says only that there is one."""
+def picture(figure: Figure, caption: str) -> None:
+    """Show a figure as SVG in a notebook; a script says only that there is one.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+    caption : str
+        What it shows, for readers who do not see it.
+    """
     if in_notebook():
         from imo_analysis.drawing import svg_text
 
-        _display("SVG", svg_text(figure))
+        named = f'<svg role="img" aria-label="{html.escape(caption)}"'
+        _display("SVG", svg_text(figure).replace("<svg", named, 1))
     else:
-        print(f"    (a figure with {len(figure.axes)} axes)")
+        print(f"    (a figure with {len(figure.axes)} axes: {caption})")
 
 
 def vary(draw: Callable[..., Figure], **ranges: Sequence[float]) -> Any:
@@ -130,7 +142,7 @@ def vary(draw: Callable[..., Figure], **ranges: Sequence[float]) -> Any:
     Parameters
     ----------
     draw : callable
-        Returns a figure. Its defaults are what is shown first.
+        Returns a figure. Its defaults are what is shown first; its docstring, with the values, is the figure's caption.
     **ranges : (lowest, highest, step)
         For each parameter that gets a slider. Where ipywidgets is missing, call ``draw`` again with other values.
 
@@ -143,16 +155,21 @@ def vary(draw: Callable[..., Figure], **ranges: Sequence[float]) -> Any:
     for name in ranges:
         if defaults.get(name, inspect.Parameter.empty) is inspect.Parameter.empty:
             raise InputError(f"vary: {name!r} must be a parameter of the drawing function with a default")
+    about = (inspect.getdoc(draw) or draw.__name__).partition("\n")[0].rstrip(".")
+
+    def show(**values: float) -> None:
+        picture(draw(**values), f"{about}; " + ", ".join(f"{name} = {value:g}" for name, value in values.items()))
+
     widgets = _widgets()
     if widgets is None:
-        picture(draw())
+        show(**{name: defaults[name] for name in ranges})
         print("to vary it: " + ", ".join(f"{name} from {low:g} to {high:g}" for name, (low, high, _) in ranges.items()))
         return None
     sliders = {
         name: widgets.FloatSlider(value=defaults[name], min=low, max=high, step=step, description=name, continuous_update=False)
         for name, (low, high, step) in ranges.items()
     }
-    shown = widgets.interactive(lambda **values: picture(draw(**values)), **sliders)
+    shown = widgets.interactive(show, **sliders)
     _display("display", shown)
     return shown
 

@@ -145,11 +145,12 @@ class Number:
 
     def _values(self, answer: Any) -> Any:
         many = isinstance(answer, Iterable) and not isinstance(answer, str) and np.ndim(answer) > 0  # type: ignore[arg-type]
-        return np.array([self._value(one) for one in (answer if many else [answer])])
+        return np.array([self._value(one) for one in (np.ravel(np.array(answer, dtype=object)) if many else [answer])])
 
     def _value(self, one: Any) -> float:
         if isinstance(one, str):
-            return si_value(one, self.unit, "the answer")
+            joined = self.unit.replace(" ", "")  # people write Nm
+            return float(one) if self.unit == "1" else si_value(one.replace(joined, self.unit), self.unit, "the answer")
         if isinstance(one, bool):
             raise InputError("a number is asked for.")
         return float(one)
@@ -239,7 +240,7 @@ def _trees(answer: Any) -> tuple[Expr, ...]:
     if isinstance(answer, (list, tuple)):
         return tuple(tree for one in answer for tree in _trees(one))
     if isinstance(answer, str):
-        return (parse(answer),)
+        return (parse(answer.replace("^", "**")),)
     if isinstance(answer, Expr):
         return (answer,)
     if isinstance(answer, int) and not isinstance(answer, bool):
@@ -287,7 +288,7 @@ class Choice:
             return Outcome(False, f"{', '.join(strangers)}: choose from {', '.join(self.hints)}.")
         if given == right:
             return Outcome(True, self.why)
-        if len(right) > 1 and given < right:
+        if given and given < right:
             return Outcome(False, "What you chose is right, but there is more.")
         wrongly = [key for key in self.hints if key in given - right]
         return Outcome(False, self.hints[wrongly[0]] if wrongly else "Choose at least one.")

@@ -6,7 +6,7 @@ import math
 
 from imo_analysis.equations import plant, steady_state
 from imo_analysis.exercises.exercise import Exercise, Formula, Number
-from imo_analysis.ledger.expression import names
+from imo_analysis.ledger.expression import Name, names
 from imo_analysis.ledger.setting import Setting, setting
 from imo_analysis.machine import PRESETS
 
@@ -19,7 +19,9 @@ def _torque() -> float:
 
 
 def _slip_setting() -> Setting:
-    return setting("slip", "constant flux on the d axis", {}, ("phi_dr != 0", "L_m != 0", "n_p != 0"))
+    """With R_r as another name of alpha L_r."""
+    rotor = {"R_r": Name("alpha") * Name("L_r")}
+    return setting("slip", "constant flux on the d axis", rotor, ("phi_dr != 0", "L_m != 0", "n_p != 0"))
 
 
 EXERCISES: tuple[Exercise, ...] = (

@@ -77,7 +77,7 @@ EXERCISES: tuple[Exercise, ...] = (
          ("1/k_3", "The unit must be 1; the cross term carries alpha.")),
         "alpha is unknown, but it need not be known: a weight is used in the proof only.", "Solve alpha - p_xi k_3 = 0."),
     Formula(
-        "4.3", _speed_law, lambda: setting("law", "the speed law"),
+        "4.3", _speed_law, lambda: errors("consistent_12"),
         (("K_p*(i_ds_tilde*(z_1_hat - i_ds_hat) + i_qs_tilde*(z_2_hat - i_qs_hat))",
           "The turn by -j is missing: this is along the flux, and the speed acts across it."),
          ("K_p*(i_ds_tilde*(z_2_hat - i_qs_hat) + i_qs_tilde*(z_1_hat - i_ds_hat))", "-j(a + jb) = b - ja: the second sign."),

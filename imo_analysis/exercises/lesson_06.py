@@ -32,7 +32,8 @@ def stiffness(observer: str) -> Expr:
 
 
 def _where() -> Setting:
-    return errors("consistent_12")
+    """Frozen: omega_hat is omega and alpha_hat is alpha."""
+    return errors("consistent_12").extended("frozen", cases=({"omega_tilde": 0, "alpha_tilde": 0},))
 
 
 def _limit() -> float:

@@ -63,7 +63,7 @@ def _proof(answer: Any) -> str:
         return "A function of (i_ds_tilde, i_qs_tilde, kappa, direction) is asked for."
     tilde = (Name("i_ds") - Name("i_ds_hat"), Name("i_qs") - Name("i_qs_hat"))
     given = answer(*tilde, *names("kappa direction"))
-    if not isinstance(given, tuple) or len(given) != 2:
+    if not isinstance(given, (tuple, list)) or len(given) != 2:
         return "The function must return two values: what is added to the rates of z_1_hat and z_2_hat."
     base = errors("repaired")
     without_feedback = (Name("k_1"), 0, *names("k_3 g K_p alpha_l delta"))
@@ -95,8 +95,10 @@ EXERCISES: tuple[Exercise, ...] = (
         (("alpha*k_3 - kappa*direction*omega", "-j times -j is -1, and the minus in front of c makes it +."),
          ("alpha*k_3 + kappa*omega**2", "That would be a gain kappa omega; here only the direction is in it."),
          ("alpha*k_3 + kappa*direction", "w has z_tilde with the factor omega."),
-         ("k_3 + kappa*direction*omega", "w has xi_tilde with the factor alpha.")),
-        "With the right direction this is alpha k_3 + kappa |omega|.", "Differentiate w with alpha and omega constant."),
+         ("k_3 + kappa*direction*omega", "w has xi_tilde with the factor alpha."),
+         ("alpha*k_3 + kappa*omega", "The direction is in the feedback, so it is in c.")),
+        "With the right direction this is alpha k_3 + kappa |omega|.",
+        "Differentiate w with alpha and omega constant, and keep s as direction."),
     Number(
         "9.3", _limit, "rad/s",
         ((lambda _: K_3 / KAPPA, "alpha is missing."),

@@ -33,7 +33,7 @@ def own_errors(feedback: Any, known_speed: bool) -> Setting:
     hats = names("i_ds_hat i_qs_hat z_1_hat z_2_hat omega_hat")
     i, u, machine = names("i_ds i_qs"), names("u_ds u_qs"), names("R_s L_m sigma beta alpha")
     given = feedback(i[0] - hats[0], i[1] - hats[1], Name("kappa"), Name("alpha"), hats[4])
-    if not isinstance(given, tuple) or len(given) != 2:
+    if not isinstance(given, (tuple, list)) or len(given) != 2:
         raise ValueError("the function must return two values: what is added to the rates of z_1_hat and z_2_hat")
     true = plant.plant_z(names(*_STATES), u, Name("omega"), 0, machine)
     rates = luenberger.luenberger(hats, i, u, machine, names("k_1 kappa K_p"), given, 1)

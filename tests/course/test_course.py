@@ -100,6 +100,28 @@ def test_formulas_are_taken_from_sympy():
     assert judge("3.4", (k_2 * omega**2, alpha * k_2 * omega)).right is True
 
 
+@pytest.mark.parametrize(
+    ("identifier", "answer"),
+    [("1.1", [["8.83 A"]]), ("1.2", "15.46 Nm"), ("1.3", "2000 rpm"), ("1.4", "2/3*R_r*torque/(n_p*phi_dr^2)"), ("7.3", "4"),
+     ("4.3", "K_p*((i_ds - i_ds_hat)*(z_2_hat - i_qs_hat) - (i_qs - i_qs_hat)*(z_1_hat - i_ds_hat))"),
+     ("5.1", "-2*(omega*i_ds - omega_hat*i_ds_hat)"), ("6.1", "alpha_hat*k_3 + k_2*omega_hat*omega"),
+     ("9.4", lambda d, q, kappa, s: [-kappa * s * q, kappa * s * d]),
+     ("10.2", lambda d, q, kappa, a, w: [kappa * (a * d - w * q), kappa * (a * q + w * d)])])
+def test_what_is_right_in_another_way_of_writing_is_right(identifier, answer):
+    outcome = judge(identifier, answer)
+    assert outcome.right is True, outcome.text
+
+
+@pytest.mark.parametrize(
+    ("identifier", "answer", "hint"),
+    [("1.2", "15.46 N", "wrong unit"), ("3.3", set(), "at least one"), ("4.3", "K_p*(i_ds*z_2_hat - i_qs*z_1_hat)", "v_2"),
+     ("6.1", "alpha*k_3 + k_2*omega_hat", "another omega"), ("7.3", "four", "evaluated")])
+def test_what_is_nearly_right_is_wrong(identifier, answer, hint):
+    outcome = judge(identifier, answer)
+    assert outcome.right is False
+    assert hint in outcome.text
+
+
 def test_a_certificate_of_another_shape_is_taken():
     other = [("2/k_1", "w_1 + k_1*i_ds_tilde/2"), ("k_1/2", "i_ds_tilde")]
     assert judge("5.2", other).right is True

@@ -27,6 +27,12 @@ def test_a_prediction_beside_the_result(guess, words, capsys):
     assert "it is 10 A" in said and words in said
 
 
+@pytest.mark.parametrize(("guess", "words"), [(1, "well seen"), (2, "not so"), (0, "not so"), ("one", "you wrote")])
+def test_a_count_is_right_or_not(guess, words, capsys):
+    course_tools.expected(guess, 1, "of three")
+    assert words in capsys.readouterr().out
+
+
 def test_check_says_right_wrong_or_nothing_yet(capsys):
     for answer, word in ((..., "not answered yet"), ("8.83 A", "right"), (0.5307 / 61.9e-3, "L_m"), ("9 V", "wrong unit")):
         course_tools.check("1.1", answer)
@@ -81,6 +87,7 @@ def test_sliders_where_ipywidgets_is_installed(monkeypatch):
     sliders.update()
     first = [value for kind, value in shown if kind == "SVG"]
     assert first and "<svg" in first[-1]
+    assert 'role="img" aria-label="drawing; depth = 0.1, frequency = 60"' in first[-1]
     monkeypatch.setenv("IMO_STATIC", "1")
     shown.clear()
     assert course_tools.vary(drawing, depth=(0.0, 0.2, 0.1)) is None
