@@ -6,9 +6,11 @@ import argparse
 import json
 import math
 import sys
+from pathlib import Path
 from typing import Any
 
 from imo_analysis import __version__
+from imo_analysis.errors import InputError
 from imo_analysis.files import check_place, write_text
 
 
@@ -18,12 +20,16 @@ def check_places(args: argparse.Namespace, *options: str) -> None:
     Raises
     ------
     InputError
-        In one line.
+        In one line; also where two options name one file.
     """
+    taken: dict[Path, str] = {}
     for option in ("json", *options):
         place = getattr(args, option)
         if place is not None and (option, place) != ("json", "-"):
             check_place(place)
+            other = taken.setdefault(Path(place).resolve(), option)
+            if other != option:
+                raise InputError(f"--{other} and --{option} both write {place}; give each a file of its own")
 
 
 def say(args: argparse.Namespace, text: str = "") -> None:

@@ -13,6 +13,8 @@ if TYPE_CHECKING:
 
 # Faster than any machine turns, in rad/s; far above it the squares of a pencil overflow.
 FASTEST = 1e6
+# Beyond any gain or parameter, in SI units; far above it rounding is larger than the slow poles.
+LARGEST = 1e9
 
 DESCRIPTION = "Poles of the observers' error dynamics at frozen speed, beside the paper's Table II, or over a sweep."
 EXAMPLE = """imo poles --omega 30,60,100 --observer all
@@ -53,6 +55,8 @@ def run(args: argparse.Namespace) -> int:
             raise InputError(f"{option} {path} must end in .svg")
     if args.show not in (known := ("decay", "damping", "settling_time")):
         raise InputError(f"--show {args.show} is not in the map; choose one of: {', '.join(known)}")
+    if args.full is not None and not abs(args.full) <= FASTEST:
+        raise InputError(f"--full {args.full:g} must be a slip within +-{FASTEST:g} rad/s")
     check_places(args, "out", "plot", "map")
     speeds = _numbers(args.omega) if args.omega is not None else None
 

@@ -39,7 +39,7 @@ def wanted(args: argparse.Namespace) -> dict[str, tuple[float, float, int | None
 
 def _range(name: str, text: str, cloud: bool) -> tuple[float, float, int | None]:
     """Both ends, in SI units, and the count."""
-    from imo_analysis.commands.poles import FASTEST
+    from imo_analysis.commands.poles import FASTEST, LARGEST
     from imo_analysis.pencils.sweep import described
     from imo_analysis.quantity import si_value
 
@@ -60,8 +60,9 @@ def _range(name: str, text: str, cloud: bool) -> tuple[float, float, int | None]
                          f"give both ends one, or neither for {unit}")
     if not all(map(math.isfinite, ends)):
         raise InputError(f"--over {name}={text} must have finite ends")
-    if unit == "rad/s" and max(map(abs, ends)) > FASTEST:
-        raise InputError(f"--over {name}={text} must lie within +-{FASTEST:g} rad/s")
+    limit = FASTEST if unit == "rad/s" else LARGEST
+    if max(map(abs, ends)) > limit:
+        raise InputError(f"--over {name}={text} must lie within +-{limit:g}" + ("" if unit == "1" else f" {unit}"))
     if cloud:
         return ends[0], ends[1], None
     try:

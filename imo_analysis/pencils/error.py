@@ -275,8 +275,14 @@ def _state_space(derived: Jacobian, machine: InductionMachine, gains: Gains, poi
 
 
 def poles(matrices: np.ndarray) -> np.ndarray:
-    """Eigenvalues of a batch of matrices, shape ``(..., n)``, complex, each set sorted by real then imaginary part."""
-    eigenvalues = np.linalg.eigvals(np.asarray(matrices)).astype(complex)
+    """Eigenvalues of a batch of matrices, shape ``(..., n)``, complex, each set sorted by real then imaginary part.
+
+    NaN where an entry of a matrix has overflowed.
+    """
+    matrices = np.asarray(matrices)
+    there = np.all(np.isfinite(matrices), axis=(-1, -2))
+    eigenvalues = np.full(matrices.shape[:-1], np.nan, dtype=complex)
+    eigenvalues[there] = np.linalg.eigvals(matrices[there])
     return np.sort(eigenvalues, axis=-1)
 
 

@@ -326,6 +326,14 @@ def evaluator(
         return _settled(machine, observer, gains, fixed, arrays, shape, pair)
     derived = jacobian(observer, kind)
 
+    def finite(solve: Callable[[dict[str, Any]], np.ndarray], values: Any) -> np.ndarray:
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # said below, once and in words
+            found = solve(numbers(values))
+            if not (np.isfinite(np.sum(found)) or np.all(np.isfinite(found))):
+                raise InputError(f"the poles of {observer} overflow somewhere over {', '.join(names)}; "
+                                 "sweep, or choose gains, within a smaller range")
+        return np.broadcast_to(found, (*shape(values), found.shape[-1]))
+
     def numbers(values: Any) -> dict[str, Any]:
         changes = {}
         for name, value in arrays(values).items():
@@ -333,28 +341,25 @@ def evaluator(
             changes[field] = value if field == name else getattr(machine, field) * (1 + value)
         return arguments(derived, machine, gains, fixed, changes)
 
-    def alike(found: np.ndarray, values: Any) -> np.ndarray:
-        return np.broadcast_to(found, (*shape(values), found.shape[-1]))
-
     form = closed_form(observer) if kind == "frozen" else None
     if form is not None:
         solved = form
         return Poles(
-            lambda values: alike(solved.poles(numbers(values)), values),
+            lambda values: finite(solved.poles, values),
             lambda values: np.zeros((*shape(values), solved.at_zero), dtype=complex),
         )
     smaller = reduced(observer, kind)
     left_out = len(derived.states) - smaller.matrix.rows
     if kind == "frozen":
         return Poles(
-            lambda values: alike(smaller.poles(numbers(values)), values),
+            lambda values: finite(smaller.poles, values),
             lambda values: np.zeros((*shape(values), left_out), dtype=complex),
         )
     if left_out == 0:
-        return Poles(lambda values: alike(smaller.poles(numbers(values)), values), lambda values: pair(values)[..., :0])
+        return Poles(lambda values: finite(smaller.poles, values), lambda values: pair(values)[..., :0])
     zero = np.zeros(1)
     return Poles(
-        lambda values: _without(alike(smaller.poles(numbers(values)), values), zero),
+        lambda values: _without(finite(smaller.poles, values), zero),
         lambda values: np.concatenate([np.zeros((*shape(values), 1)), pair(values)], axis=-1),
     )
 

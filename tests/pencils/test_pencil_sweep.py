@@ -1,5 +1,7 @@
 """Sweeps: branches that are continuous, boundaries at their known places, symmetry, and refusals."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy.optimize import linear_sum_assignment
@@ -169,3 +171,10 @@ def test_unknown_parameter() -> None:
 def test_bad_grids(arguments: tuple[float, float, int], message: str) -> None:
     with pytest.raises(InputError, match=message):
         grid(*arguments)
+
+
+@pytest.mark.parametrize(("name", "kind"), [("consistent_12", "frozen"), ("printed_7", "frozen"), ("consistent_12", "full")])
+def test_poles_that_overflow_are_refused_and_not_drawn(name: str, kind: Any) -> None:
+    huge = Setup(name, MACHINE, ADAPTIVE | dict.fromkeys(("k_1", "k_2", "k_3", "K_p"), 1e307))
+    with pytest.raises(InputError, match=f"the poles of {name} overflow somewhere over omega"):
+        pole_sweep(huge, {"omega": [20.0, 60.0]}, OperatingPoint(60.0, 0.5307, 3.0), kind)
