@@ -55,11 +55,12 @@ def small() -> Study:
 
 
 def large() -> Study:
-    from imo_analysis.commands.study_own import plated
+    from imo_analysis.nameplate import Nameplate, machine_of
     from imo_analysis.tuning.start import study_text
 
-    plate, machine = plated({"nameplate": PLATE_45, "machine": {"name": "m45", "J": 0.45}}, "large")
+    plate = Nameplate.build(PLATE_45)
     assert plate.power == 45e3
+    machine = machine_of(plate, {"name": "m45", "J": 0.45}, "large")
     return shortened(dict(Study.from_toml(study_text(machine), "large").data), 200.0)
 
 
