@@ -120,8 +120,9 @@ check("8.2", answer_8_2)
 # <details><summary>Solution 8.2</summary>
 #
 # ```python
-# window = fig3.sel(time=slice(59.1, 59.5)) rms = {name: float(np.sqrt(((window.omega -
-# window.omega_hat.sel(observer=name)) ** 2).mean())) for name in paper.observers} answer_8_2 = max(rms, key=rms.get)
+# window = fig3.sel(time=slice(59.1, 59.5))
+# rms = {name: float(np.sqrt(((window.omega - window.omega_hat.sel(observer=name)) ** 2).mean())) for name in paper.observers}
+# answer_8_2 = max(rms, key=rms.get)
 # ```
 #
 # By its peak the baseline is worst; by its mean square another one is, whose error is smaller but stays longer, because
