@@ -215,7 +215,7 @@ def energy(omega_hat=20.0, share=0.0):
     """Time and V along a run of the observer of (12), and along one of the repaired observer; share of z known at the start."""
     z = (share * stator.real, share * stator.imag)
     start = (current.real, current.imag, *z, *z, 6.6, omega_hat)
-    gains = (300.0, 50.0, 100.0, 1.0, 100.0, 0.05, 0.01)
+    gains = (300.0, 50.0, 100.0, 1.0, 100.0, 0.05, 0.01)  # k_1, k_2 or kappa, k_3, g, K_p; alpha_l and delta of (10)
     one = follow(adaptive.consistent_12, start, plant, gains, 1, duration=0.01, step=5e-5)
     other = follow(repaired.repaired, start, plant, gains, 1, duration=0.01, step=5e-5)
     time = np.array([t for t, _ in one])

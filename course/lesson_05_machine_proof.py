@@ -214,8 +214,9 @@ assert report.ok
 # ### Exercise 5.4: be the judge
 #
 # Before you look: which verdict do these get? `"eq6.z_1"` (the rate of $z_1$), `"eq12.i_qs"` (above), `"eq16.bound"` (the
-# bound on $\dot V$). Each is one of `"holds"`, `"holds after correction"`, `"fails"`, `"not determined by the text"`.
-# Answer with a dictionary from id to verdict.
+# bound on $\dot V$). Each is one of `"holds"` (as printed), `"holds after correction"` (after a small edit that can be
+# named), `"fails"` (and no small edit saves it), `"not determined by the text"` (what is printed leaves it open). Answer with a
+# dictionary from id to verdict.
 
 # %%
 answer_5_4 = ...
@@ -224,8 +225,8 @@ check("5.4", answer_5_4)
 # %% [markdown]
 # <details><summary>Solution 5.4</summary>
 #
-# A correction is a small named edit after which the formula is true. (16) has none: its left side may be positive, as
-# your point shows, so it fails.
+# At your point (16) is false by a term that has no sign at all. Writing that term into it would make it true, and it
+# would no longer be a bound.
 #
 # ```python
 # answer_5_4 = {"eq6.z_1": "holds", "eq12.i_qs": "holds after correction", "eq16.bound": "fails"}

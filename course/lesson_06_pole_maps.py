@@ -32,7 +32,8 @@ from imo_analysis.pencils.table2 import printed, without_neutral
 from imo_analysis.pencils.tune import achieved
 
 machine = PRESETS["table-iii-printed-alpha"]
-gains = {"k_1": 300.0, "k_2": 50.0, "k_3": 100.0, "g": 1.0, "K_p": 100.0, "alpha_l": 0.05, "delta": 0.01}
+gains = {"k_1": 300.0, "k_2": 50.0, "k_3": 100.0, "g": 1.0, "K_p": 100.0,
+         "alpha_l": 0.05, "delta": 0.01}  # the last two are those of the projection (10), at rest here
 
 # %% [markdown]
 # ## Three equations, one quadratic

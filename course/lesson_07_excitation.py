@@ -189,7 +189,8 @@ settled("proposition-IV.3")
 plant = TurningFlux(machine, 100.0, 105.0, 0.5307, 0.2, 40.0)
 _, i, z, _ = plant.at(0.0)
 start = (i.real, i.imag, 0.9 * z.real, 0.9 * z.imag, 0.95 * z.real, 0.95 * z.imag, 9.0, 90.0)
-path = follow(repaired.repaired, start, plant, (300.0, 50.0, 100.0, 1.0, 100.0, 0.05, 0.01), 1, duration=0.5, step=5e-4)
+gains = (300.0, 50.0, 100.0, 1.0, 100.0, 0.05, 0.01)  # k_1, kappa, k_3, g, K_p; alpha_l and delta of (10)
+path = follow(repaired.repaired, start, plant, gains, 1, duration=0.5, step=5e-4)
 print("  t (s)  |i~| (A)  |z~| (A)  |w| (A/s)   |q| (A/s)  alpha~ (1/s)")
 kept, seen = [], []
 for t, x in path[:: len(path) // 5]:
@@ -246,7 +247,7 @@ vary(arrows, depth=(0.0, 0.2, 0.01), frequency=(5.0, 60.0, 5.0), slip=(1.0, 20.0
 # ### Exercise 7.4: enough, but not too much
 #
 # At 5 rad/s of slip, reach $\sin^2 \ge 0.5$ with a depth of at most 0.15 and at most 60 rad/s (faster, the voltage runs
-# out and the torque ripples). Answer with `{"depth": ..., "frequency": ...}`.
+# out and the torque ripples). Answer with `{"depth": ..., "frequency": ...}`; try with `apart(depth, frequency)`.
 
 # %%
 answer_7_4 = ...

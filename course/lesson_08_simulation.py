@@ -222,7 +222,7 @@ vary(modulated, flux_modulation=(0.0, 0.1, 0.01), frequency=(5.0, 60.0, 5.0))
 # ### Exercise 8.4: your modulation
 #
 # Change the drive so that in the scenario `fig4` $\hat\alpha$ of the **repaired** observer is within 0.1 /s of the true
-# value over the whole last 0.5 s. Only the two keys above may change, the modulation by at most 0.15 Wb. Answer with a
+# value over the whole last 0.5 s. Only the two keys above may change, to at most 0.15 Wb and 60 rad/s. Answer with a
 # dictionary: `{"drive.flux_modulation": ..., "drive.flux_modulation_frequency": ...}`.
 
 # %%

@@ -89,7 +89,7 @@ for identifier in ("eq12.i_qs", "eq7.z_1", "eq16.bound"):
 # 4 derived none.
 
 # %%
-gains = (300.0, 50.0, 100.0, 1.0, 100.0, 0.05, 0.01)
+gains = (300.0, 50.0, 100.0, 1.0, 100.0, 0.05, 0.01)  # k_1, k_2 or kappa, k_3, g, K_p; alpha_l and delta of (10)
 
 
 def run(rates, speed, direction, omega_hat=None, duration=0.06, kappa=50.0):

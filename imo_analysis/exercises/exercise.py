@@ -153,6 +153,10 @@ class Number:
             return float(one) if self.unit == "1" else si_value(one.replace(joined, self.unit), self.unit, "the answer")
         if isinstance(one, bool):
             raise InputError("a number is asked for.")
+        if isinstance(one, complex):  # numpy's would be made real in silence
+            if one.imag:
+                raise InputError("a real number is asked for, this is complex.")
+            return float(one.real)
         return float(one)
 
     def _same(self, one: Any, other: Any) -> bool:

@@ -11,12 +11,13 @@ import numpy as np
 from imo_analysis.equations import drift
 from imo_analysis.exercises.exercise import Choice, Exercise, Judged, Number
 from imo_analysis.exercises.lesson_01 import FLUX, MACHINE
+from imo_analysis.quantity import si_value
 from imo_analysis.simulation.run import simulate
 from imo_analysis.study import Study
 
 WINDOW = (59.1, 59.5)  # s, of Fig. 3(b)
 KEYS = ("drive.flux_modulation", "drive.flux_modulation_frequency")
-LARGEST, NEAR = 0.15, 0.1  # Wb, 1/s
+LARGEST, FASTEST, NEAR = 0.15, 60.0, 0.1  # Wb, rad/s, 1/s
 
 
 @cache
@@ -51,14 +52,15 @@ def _drift(K_p: float = 100.0, load: float = 0.0) -> float:
 def _modulation(answer: Any) -> str:
     if not isinstance(answer, Mapping) or set(answer) != set(KEYS):
         return f"A dictionary with the keys {' and '.join(KEYS)} is asked for."
-    if not 0 <= float(answer[KEYS[0]]) <= LARGEST:
-        return f"The modulation must be 0 .. {LARGEST} Wb."
-    run = simulate(Study.paper().scenario("fig4").changed({key: float(answer[key]) for key in KEYS}))
+    depth, frequency = (si_value(answer[key], unit, key) for key, unit in zip(KEYS, ("Wb", "rad/s"), strict=True))
+    if not (0 <= depth <= LARGEST and 0 <= frequency <= FASTEST):
+        return f"The modulation must be 0 .. {LARGEST} Wb, its frequency 0 .. {FASTEST:g} rad/s."
+    run = simulate(Study.paper().scenario("fig4").changed(dict(zip(KEYS, (depth, frequency), strict=True))))
     alpha_hat = run.alpha_hat.sel(observer="repaired", time=slice(59.5, 60.0)).values
     off = float(np.abs(alpha_hat - MACHINE.alpha).max())
     if off <= NEAR:
         return ""
-    if float(answer[KEYS[0]]) * float(answer[KEYS[1]]) == 0:
+    if depth * frequency == 0:
         return f"Without modulation alpha_hat is off by {off:.2f} 1/s: nothing pulls it back."
     return f"alpha_hat is still off by up to {off:.2f} 1/s: it comes back too slowly after the last step, or ripples."
 
@@ -87,7 +89,8 @@ EXERCISES: tuple[Exercise, ...] = (
     Judged(
         "8.4", _modulation,
         (({KEYS[0]: 0.0, KEYS[1]: 20.0}, "nothing pulls it back"), ({KEYS[0]: 0.01, KEYS[1]: 10.0}, "still off"),
-         ({KEYS[0]: 0.4, KEYS[1]: 20.0}, "The modulation must be"), ({"observers.repaired.initial.alpha_hat": 9.9354},
+         ({KEYS[0]: 0.4, KEYS[1]: 20.0}, "The modulation must be"), ({KEYS[0]: 0.1, KEYS[1]: 300.0}, "its frequency"),
+         ({"observers.repaired.initial.alpha_hat": 9.9354},
           "A dictionary with")),
         "The same observer, the same gains: only the signals changed."),
 )

@@ -6,6 +6,7 @@ import re
 import runpy
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from imo_analysis.exercises.exercise import LESSONS, Formula, Number, exercise, exercises, judge
@@ -115,7 +116,8 @@ def test_what_is_right_in_another_way_of_writing_is_right(identifier, answer):
 @pytest.mark.parametrize(
     ("identifier", "answer", "hint"),
     [("1.2", "15.46 N", "wrong unit"), ("3.3", set(), "at least one"), ("4.3", "K_p*(i_ds*z_2_hat - i_qs*z_1_hat)", "v_2"),
-     ("6.1", "alpha*k_3 + k_2*omega_hat", "another omega"), ("7.3", "four", "evaluated")])
+     ("2.3", np.complex128(-321.755 + 12j), "complex"), ("6.1", "alpha*k_3 + k_2*omega_hat", "another omega"),
+     ("7.3", "four", "evaluated")])
 def test_what_is_nearly_right_is_wrong(identifier, answer, hint):
     outcome = judge(identifier, answer)
     assert outcome.right is False
