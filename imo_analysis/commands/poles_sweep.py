@@ -141,7 +141,7 @@ def _lines(args: argparse.Namespace, setups: dict[str, Setup], values: dict[str,
     found = pole_sweep(setups, values, point, kind, cloud=args.cloud is not None)
     data = found.data
     title = "Poles of the error dynamics" + {"frozen": " at frozen speed", "full": ", with adaptation",
-                                             "settled": " where the observer rests"}[kind]
+                                             "settled": " where the observer rests"}[kind] + _held(values, point, kind)
     if args.plot:
         _save(args, found.plot("against", title), args.plot)
     if args.map and len(values) == 1 and args.cloud is None and kind != "settled":
@@ -160,6 +160,14 @@ def _lines(args: argparse.Namespace, setups: dict[str, Setup], values: dict[str,
         summary |= {name: data[name].values for name in values}
         summary |= {"re": data["re"].values, "im": data["im"].values, "dims": list(data["re"].dims), "observer": list(setups)}
     return summary
+
+
+def _held(values: dict[str, Any], point: Any, kind: Any) -> str:
+    """What a picture's title says of the operating point: what of it is not swept."""
+    parts = {"omega": (point.omega, "rad/s"), "slip": (point.slip, "rad/s"), "flux": (point.flux, "Wb")}
+    used = ("omega",) if kind == "frozen" else tuple(parts)
+    texts = [f"{name} = {parts[name][0]:.4g} {parts[name][1]}" for name in used if name not in values]
+    return f"; {', '.join(texts)}" if texts else ""
 
 
 def _summary(
@@ -204,6 +212,7 @@ def _map(args: argparse.Namespace, setups: dict[str, Setup], values: dict[str, A
     found = stability_map(setups, values, point, kind)
     data = found.data
     title = {"frozen": "At frozen speed", "full": "With adaptation", "settled": "Where the observer rests"}[kind]
+    title += _held(values, point, kind)
     if args.map:
         _save(args, found.plot(args.show, title), args.map)
     if args.out:

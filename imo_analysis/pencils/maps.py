@@ -172,12 +172,17 @@ def _contours(ax: Axes, quantity: str) -> None:
     look: dict[str, Any] = {"color": LIMIT.color, "linewidth": 0.6, "linestyle": (0, (1, 2)), "zorder": 1}
     words: dict[str, Any] = {"fontsize": 6.5, "color": "#4a4a4a", "clip_on": True}
     if quantity == "damping":
-        for ratio in (0.1, 0.3, 0.5, 0.7, 0.9):
+        last = (np.inf, np.inf)  # in shares of the panel
+        for ratio in (0.9, 0.7, 0.5, 0.3, 0.1):
             slope = np.sqrt(1 - ratio**2) / ratio
             edge = max(x[0], -y[1] / slope)
             for sign in (1.0, -1.0):
                 ax.plot([0.0, 2 * edge], [0.0, -2 * sign * slope * edge], **look)
-            ax.text(0.97 * edge, -0.97 * slope * edge, f"{ratio:g}", ha="left", va="top", **words)
+            at = (0.97 * edge, -0.97 * slope * edge)
+            here = (at[0] / (x[1] - x[0]), at[1] / (y[1] - y[0]))
+            if max(abs(here[0] - last[0]), abs(here[1] - last[1])) > 0.07:  # the steep ones crowd at the axis
+                ax.text(*at, f"{ratio:g}", ha="left", va="top", **words)
+                last = here
     else:
         for time in (0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0):
             at = -np.log(50.0) / time
@@ -200,18 +205,23 @@ def plot_points(data: xr.Dataset, title: str = "") -> Figure:
     title : str
         Above the picture.
     """
+    from matplotlib.lines import Line2D
+
     first = str(data.attrs["over"]).split(", ")[0]
     observers = _observers(data)
     columns = min(len(observers), 3)
     rows = -(-len(observers) // columns)
     figure, axes = new_figure(rows, columns, width=2.4 + 2.6 * columns, height=0.7 + 3.1 * rows, squeeze=False)
+    unstable = False
     with style():
         for ax, (label, part) in zip(axes.flat, observers, strict=False):
             moving = part.where(~part["neutral"], drop=True) if "neutral" in part.coords else part
             colour, x, y = (values.values.ravel() for values in _broadcast(part[first], moving["re"], moving["im"]))
-            points = ax.scatter(x, y, c=colour, s=5.0, cmap="cividis", linewidths=0.0, rasterized=len(x) > 2000)
+            points = ax.scatter(x, y, c=colour, s=5.0, cmap="cividis", linewidths=0.0, rasterized=len(x) > 2000,
+                                zorder=2)
             bad = x > 1e-9 * np.nanmax(np.hypot(x, y))
-            ax.scatter(x[bad], y[bad], s=14.0, facecolors="none", edgecolors="#1a1a1a", linewidths=0.5,
+            unstable |= bool(bad.any())
+            ax.scatter(x[bad], y[bad], s=14.0, zorder=1, facecolors="none", edgecolors="#1a1a1a", linewidths=0.5,
                        rasterized=len(x) > 2000)
             ax.axvline(0.0, color=LIMIT.color, linewidth=0.8)
             ax.set_title(label)
@@ -221,8 +231,10 @@ def plot_points(data: xr.Dataset, title: str = "") -> Figure:
         for row in axes:
             row[0].set_ylabel("imaginary part (rad/s)")
         figure.colorbar(points, ax=axes, label=_quantity(data[first]), shrink=0.85, pad=0.02)
-        if title:
-            figure.suptitle(title, x=0.01, ha="left")
+        ring = Line2D([], [], linestyle="none", marker="o", markersize=4, markerfacecolor="none", markeredgecolor="#1a1a1a")
+        if title or unstable:
+            figure.legend(*(([ring], ["in the right half plane"]) if unstable else ([], [])), loc="outside upper left",
+                          frameon=False, title=title or None, alignment="left")
     return figure
 
 

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 SETTLED = 0.02  # settling time: until the slowest error is down to this share
 _HALVINGS = 52
+_BLOCK = 65_536  # points at a time
 
 
 @dataclass(frozen=True)
@@ -94,12 +95,10 @@ def stability_map(
     decay, damping, limits = [], [], []
     for one in observers.values():
         found = evaluator(one.machine, one.observer, one.gains, (x_name, y_name), point, kind)
-        moving = found.moving((x[None, :], y[:, None]))
-        size = np.abs(moving)
-        ratio = np.divide(-moving.real, size, out=np.where(np.isfinite(size), 0.0, np.nan), where=size > 0)
-        decay.append(-moving.real.max(axis=-1))
-        damping.append(ratio.min(axis=-1))
-        limits.append(_limits(lambda at, found=found: found.moving(at).real.max(axis=-1), x, y, -decay[-1], size))
+        slowest, least, largest = _over_the_grid(found.moving, x, y)
+        decay.append(slowest)
+        damping.append(least)
+        limits.append(_limits(lambda at, found=found: found.moving(at).real.max(axis=-1), x, y, -slowest, largest))
     longest = max(len(limit) for limit in limits)
     padded = np.stack([np.pad(limit, ((0, longest - len(limit)), (0, 0)), constant_values=np.nan) for limit in limits])
     stable = np.where(np.array(decay) > 0, decay, np.nan)
@@ -119,9 +118,22 @@ def stability_map(
     ))
 
 
-def _limits(rightmost: Any, x: np.ndarray, y: np.ndarray, there: np.ndarray, size: np.ndarray) -> np.ndarray:
+def _over_the_grid(moving: Any, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+    """Slowest decay and least damping, shape (y, x), and the largest magnitude of a pole; some rows at a time, for memory."""
+    decay, damping, largest = [], [], 0.0
+    for rows in np.array_split(y, min(len(y), -(-len(x) * len(y) // _BLOCK))):
+        found = moving((x[None, :], rows[:, None]))
+        size = np.abs(found)
+        ratio = np.divide(-found.real, size, out=np.where(np.isfinite(size), 0.0, np.nan), where=size > 0)
+        decay.append(-found.real.max(axis=-1))
+        damping.append(ratio.min(axis=-1))
+        largest = float(np.nanmax(size, initial=largest))
+    return np.concatenate(decay), np.concatenate(damping), largest
+
+
+def _limits(rightmost: Any, x: np.ndarray, y: np.ndarray, there: np.ndarray, largest: float) -> np.ndarray:
     """Points (x, y) between horizontal neighbours where the rightmost pole crosses the axis, halved in all at once."""
-    noise = SAME * float(np.nanmax(size, initial=0.0))  # a pole that rests on the axis has a sign by rounding alone
+    noise = SAME * largest  # a pole that rests on the axis has a sign by rounding alone
     clear = np.abs(there) > noise
     rows, columns = np.nonzero((there[:, :-1] * there[:, 1:] < 0) & (clear[:, :-1] | clear[:, 1:]))
     low, high, at = x[columns], x[columns + 1], y[rows]

@@ -51,6 +51,19 @@ def test_branches_that_cross_are_told_apart() -> None:
         assert np.all(slope > 0) or np.all(slope < 0)
 
 
+def test_steps_too_long_to_tell_branches_apart_are_refined() -> None:
+    """Two opposite poles on a circle, 2.6 rad a step: the nearest candidate, and the one on the tangent, is the wrong one."""
+    angles = 2.6 * np.arange(8)
+    turning = np.exp(1j * angles)
+
+    def both(at: np.ndarray) -> np.ndarray:
+        return np.sort(np.stack([np.exp(1j * at), -np.exp(1j * at)], axis=-1), axis=-1)
+
+    found = track(angles, both)
+    own = int(np.argmin(np.abs(found.branches[0] - turning[0])))
+    assert found.unclear == 0 and np.abs(found.branches[:, own] - turning).max() < 1e-12
+
+
 def test_mirrored_speed_has_the_same_poles() -> None:
     """With l_2 = l_4 = 0; a constant l_2 or l_4 makes the two directions of rotation different."""
     data = pole_sweep(Setup("baseline", MACHINE, BASELINE | {"l_4": 0.0}), {"omega": grid(-100.0, 100.0, 21)}).data
