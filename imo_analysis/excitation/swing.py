@@ -5,7 +5,6 @@ The flux is psi (1 + depth shape(frequency t)), the torque held: the slip is tha
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -16,7 +15,7 @@ from numpy.typing import NDArray
 from imo_analysis.equations.steady_state import current_of_flux
 from imo_analysis.excitation.bounds import slip_at
 from imo_analysis.machine import InductionMachine
-from imo_analysis.simulation.waveforms import lines
+from imo_analysis.simulation.waveforms import TOP, lines
 from imo_analysis.study_tables import Drive
 
 
@@ -30,11 +29,15 @@ class Shape:
         n and c_n.
     reference : float
         Peak of the flux reference that makes it.
+    edge : float
+        By how much the second derivative by the angle is more just after an angle of 0, and less half a turn later, than the
+        sum of the lines: half its jump, and the lines left out.
     """
 
     orders: NDArray[np.int64]
     amplitudes: NDArray[np.complex128]
     reference: float = 1.0
+    edge: float = 0.0
 
     @cached_property
     def swing(self) -> NDArray[np.float64]:
@@ -54,6 +57,7 @@ class Shape:
         return values
 
 
+_MANY = 40_001  # lines of what an edge asks of the voltage
 COSINE = Shape(np.array([1]), np.array([0.5 + 0j]))
 
 
@@ -61,28 +65,39 @@ def shape_of(waveform: str, frequency: float, drive: Drive, alpha: float) -> Sha
     """What the drive makes of a waveform of the flux reference: its flux loop acting through its current loop.
 
     Line n is passed with w / ((s + alpha) (1 + s / w_i) + w - alpha) at s = j n frequency, w and w_i the bandwidths of the
-    flux and the current loop: as long as no limit is hit.
+    flux and the current loop: as long as no limit is hit. At the edges of a square, which lines sum up too slowly, the second
+    derivative of the flux jumps by 2 w w_i.
     """
-    orders, amplitudes = lines(waveform)
-    s = 1j * orders * frequency
-    passed = drive.flux_bandwidth / ((s + alpha) * (1 + s / drive.current_bandwidth) + drive.flux_bandwidth - alpha)
-    followed = Shape(orders, amplitudes * passed)
-    peak = float(np.abs(followed.sampled()).max())
-    return Shape(orders, followed.amplitudes / peak, 1 / peak)
+    def followed(top: int) -> Shape:
+        orders, amplitudes = lines(waveform, top)
+        s = 1j * orders * frequency
+        passed = drive.flux_bandwidth / ((s + alpha) * (1 + s / drive.current_bandwidth) + drive.flux_bandwidth - alpha)
+        return Shape(orders, amplitudes * passed)
+
+    kept = followed(TOP)
+    edge = 0.0
+    if waveform == "square":
+        at_edge = [one.sampled(1, 2)[0] for one in (kept, followed(_MANY))]
+        edge = at_edge[1] - at_edge[0] + drive.flux_bandwidth * drive.current_bandwidth / frequency**2
+    peak = float(np.abs(kept.sampled()).max())
+    return Shape(kept.orders, kept.amplitudes / peak, 1 / peak, float(edge) / peak)
 
 
 def costs(
     machine: InductionMachine, flux: float, depth: float, frequency: float, omega: float, torque: float, shape: Shape = COSINE
 ) -> tuple[float, float, float]:
     """``(peak current, peak voltage, added copper loss)`` in A, V and W at held torque, over one period."""
-    t = 2 * math.pi / frequency * np.arange(512) / 512
     psi = flux * (1 + depth * shape.sampled())
     rate = flux * depth * frequency * shape.sampled(derivative=1)
+    bend = shape.sampled(derivative=2)
+    bend[[0, len(bend) // 2]] += shape.edge, -shape.edge
+    bend *= flux * depth * frequency**2
     slip = slip_at(machine, torque, flux) * (flux / psi) ** 2
     i_d, i_q = current_of_flux(psi, rate, slip, machine.alpha, machine.L_m)
     current = i_d + 1j * i_q
     turn = 1j * (omega + slip)
-    change = np.gradient(current, t, edge_order=2) + turn * current + machine.beta * (rate + turn * psi)
+    moving = current_of_flux(rate, bend, 0.0, machine.alpha, machine.L_m)[0] - 1j * i_q * rate / psi  # slip goes with psi^-2
+    change = moving + turn * current + machine.beta * (rate + turn * psi)
     voltage = machine.sigma * change + machine.R_s * current
     rotor = (psi - machine.L_m * current) / machine.L_r
     steady = current_of_flux(flux, 0.0, slip_at(machine, torque, flux), machine.alpha, machine.L_m)

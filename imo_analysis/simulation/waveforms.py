@@ -30,7 +30,7 @@ def _two_tone(angle: Any) -> Any:
 
 
 WAVES: dict[str, Callable[[Any], Any]] = {"sine": np.sin, "triangle": _triangle, "square": _square, "two_tone": _two_tone}
-_TOP = 63  # the last line kept of triangle and square; the rest is below 1 % of the square's first, and the drive damps it
+TOP = 63  # the last line kept of triangle and square; the rest is below 1 % of the square's first, and the drive damps it
 
 
 def swing(drive: Drive, time: NDArray[Any]) -> Array:
@@ -42,9 +42,9 @@ def swing(drive: Drive, time: NDArray[Any]) -> Array:
     return np.where((time >= off) & (time < on), 0.0, values)
 
 
-def lines(waveform: str) -> tuple[NDArray[np.int64], NDArray[np.complex128]]:
-    """Orders n and amplitudes c_n of a waveform: the sum of c_n exp(j n angle) and of the conjugates."""
-    odd = np.arange(1, _TOP + 1, 2)
+def lines(waveform: str, top: int = TOP) -> tuple[NDArray[np.int64], NDArray[np.complex128]]:
+    """Orders n, up to ``top``, and amplitudes c_n of a waveform: the sum of c_n exp(j n angle) and of the conjugates."""
+    odd = np.arange(1, top + 1, 2)
     of: dict[str, tuple[Any, Any]] = {
         "sine": ([1], [1.0]),
         "triangle": (odd, 8 / math.pi**2 * (-1.0) ** ((odd - 1) // 2) / odd**2),

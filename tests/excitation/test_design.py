@@ -12,7 +12,7 @@ from synthetic import MACHINE
 from imo_analysis.cli import main
 from imo_analysis.errors import InputError
 from imo_analysis.excitation import design as d
-from imo_analysis.excitation.design_check import modulated_study, plant_of, verify
+from imo_analysis.excitation.design_check import Check, modulated_study, plant_of, verify
 from imo_analysis.excitation.settling import settling_rate
 from imo_analysis.excitation.swing import costs
 from imo_analysis.study import Study
@@ -196,6 +196,29 @@ def test_the_flux_follows_a_waveform_as_predicted(waveform):
     check = next(one for one in verify(study, found, quiet_wanted, "repaired") if one.omega == 50.0)
     assert check.loss == pytest.approx(found.loss, rel=0.03)
     assert 0.6 * found.ripple < check.ripple < found.ripple
+    for name in ("depth", "current", "voltage"):
+        assert getattr(check, name) == pytest.approx(getattr(found, name), rel=0.01), name
+
+
+@pytest.mark.slow
+def test_the_edge_of_a_square_asks_for_its_voltage():
+    """Idle at low speed, where it is a third of the peak."""
+    found = d.assess(DRIVEN, replace(WANTED, speeds=(20.0,), torques=(0.0,)), 0.05, 60.0, "square")
+    lines_alone = replace(DRIVEN.shape("square", 60.0), edge=0.0)
+    check = verify(Study.paper(), found, replace(WANTED, speeds=(20.0,), torques=(0.0,)), "repaired")[0]
+    assert check.voltage == pytest.approx(found.voltage, rel=0.03)
+    assert costs(MACHINE, 0.5307, 0.05, 60.0, 20.0, 0.0, lines_alone)[1] < 0.8 * check.voltage
+
+
+def test_an_accuracy_is_an_rms_error_and_limits_are_looked_at_in_the_run():
+    """A speed that is right on average but for noise beyond the accuracy misses it, and so does each limit."""
+    check = Check(50.0, 5.0, 0.2, 0.1, 0.0, 0.6, 0.04, 0.01, 0.02, 11.0, 40.0, 3.0)
+    limited = replace(WANTED, torque_limit=0.011, depth_limit=0.021, current_limit=11.1, voltage_limit=40.1)
+    assert check.keeps(limited)
+    for change, name in (({"omega": 0.59}, "omega"), ({"alpha": 0.22}, "alpha"), ({"torque_limit": 0.009}, "torque"),
+                         ({"depth_limit": 0.019}, "flux"), ({"current_limit": 10.8}, "current"),
+                         ({"voltage_limit": 39.0}, "voltage")):
+        assert check.missed(replace(limited, **change)) == [name]
 
 
 def test_a_reference_that_would_pass_zero_is_no_design():

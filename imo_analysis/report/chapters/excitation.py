@@ -160,7 +160,7 @@ def _cure(cured: Modulation | None) -> list[Html]:
          f"{one.noise_torque:.3f}", f"{one.loss:.2f}")
         for one in cured.checks
     ]
-    reached = all(one.keeps(wanted) for one in cured.checks)
+    missed = sorted({name for one in cured.checks for name in one.missed(wanted)})
     columns = ("speed (rad/s)", "load (N m)", r"$\hat{\alpha} - \alpha$ (1/s)", r"$\hat{\omega} - \omega$ (rad/s)",
                "torque ripple of the modulation (N m)", "torque noise without it (N m)", "added loss (W)")
     waveforms = [
@@ -188,8 +188,8 @@ of flux, torque ripple (half its swing), current and voltage. The cheapest modul
             f"there {cured.floquet_rate:.3g} 1/s by Floquet's multiplier); the noise leaves it {found.bias:.3g} /s off. No "
             f"unbiased estimate can have a standard deviation below {found.alpha_bound:.2g} /s and "
             f"{found.omega_bound:.2g} rad/s all over the range.",
-            "In closed loop the accuracy is " + ("reached within the limits." if reached else
-                                                 "missed, or the limit of torque.")),
+            "In closed loop " + ("the accuracy is reached within the limits, by rms errors." if not missed else
+                                 f"it misses: {', '.join(missed)}.")),
         table(columns, rows, f"Simulated in closed loop, the second after {wanted.time:g} s; the ripple is half the swing of "
               "the torque in a run without noise, the torque noise a standard deviation", range(7)),
         table(kinds, waveforms, "The cheapest modulation by waveform, as the drive's loops let the flux follow", range(1, 7)),
