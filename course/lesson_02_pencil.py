@@ -58,7 +58,7 @@ show("A'(omega) of (2):", A)
 #
 # Look at the pattern: every 2x2 block is $\begin{bmatrix} a & -b \\ b & a \end{bmatrix}$, which is multiplication by $a +
 # jb$. The machine has no preferred direction, so turning everything by an angle changes nothing, and such blocks are all
-# that is allowed. Writing $i = i_d + j i_q$, $\phi = \phi_d + j\phi_q$ halves the size:
+# that is allowed. Writing $i = i_d + j i_q$, $\phi = \phi_d + j\phi_q$ halves the size (sympy writes $i$ for $j$):
 
 # %%
 j = sympy.I
@@ -113,7 +113,7 @@ check("2.2", answer_2_2)
 #
 # </details>
 #
-# Both in one line, for any speed (sympy writes $i$ for $j$):
+# Both in one line, for any speed:
 
 # %%
 show("Characteristic polynomial of the machine at frozen speed:", sympy.collect(sympy.expand(quadratic), s))

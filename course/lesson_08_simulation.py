@@ -142,7 +142,8 @@ my_alpha = ...  # 1/s
 # %%
 fig4 = simulate(paper.scenario("fig4"))
 faster = simulate(paper.scenario("fig4").changed({"drive.speed_bandwidth": 100.0}))
-print(f"bandwidth  45 rad/s: alpha_hat ends at {float(fig4.alpha_hat.sel(observer='consistent_12')[-1]):.3f} 1/s")
+ends = float(fig4.alpha_hat.sel(observer="consistent_12")[-1])
+print(f"bandwidth {paper.drive.speed_bandwidth:3g} rad/s: alpha_hat ends at {ends:.3f} 1/s")
 expected(my_alpha, float(faster.alpha_hat.sel(observer="consistent_12")[-1]), "1/s")
 picture(alpha_figure(fig4, machine.alpha, {"printed": 10.5}, ["consistent_12", "repaired"]),
         "The estimate of alpha in Fig. 4, and the speed: alpha_hat goes up at each change of speed")

@@ -6,7 +6,6 @@ figures shown, with sliders where ipywidgets is installed. ``IMO_STATIC`` in the
 
 from __future__ import annotations
 
-import html
 import inspect
 import os
 from collections.abc import Callable, Iterable, Sequence
@@ -125,13 +124,13 @@ def picture(figure: Figure, caption: str) -> None:
     ----------
     figure : matplotlib.figure.Figure
     caption : str
-        What it shows, for readers who do not see it.
+        What it shows, printed below it: notebooks and their converters take no other text for readers who do not see it.
     """
     if in_notebook():
         from imo_analysis.drawing import svg_text
 
-        named = f'<svg role="img" aria-label="{html.escape(caption)}"'
-        _display("SVG", svg_text(figure).replace("<svg", named, 1))
+        _display("SVG", svg_text(figure))
+        print(f"figure: {caption}")
     else:
         print(f"    (a figure with {len(figure.axes)} axes: {caption})")
 
