@@ -10,11 +10,12 @@ from imo_analysis.drawing import svg_text
 from imo_analysis.equations.catalogue import OBSERVERS
 from imo_analysis.errors import InputError
 from imo_analysis.machine import preset
+from imo_analysis.pencils import branches
 from imo_analysis.pencils.boundaries import stability_boundaries
 from imo_analysis.pencils.branches import track
 from imo_analysis.pencils.error import OperatingPoint, frozen_pencil, poles_at
 from imo_analysis.pencils.setup import Setup
-from imo_analysis.pencils.sweep import grid, pole_sweep
+from imo_analysis.pencils.sweep import evaluator, grid, pole_sweep
 
 MACHINE = preset("table-iii-printed-alpha")
 ADAPTIVE = {"k_1": 300.0, "k_2": 50.0, "k_3": 100.0, "g": 1.0, "K_p": 100.0, "alpha_l": 0.05, "delta": 0.01}
@@ -62,6 +63,20 @@ def test_steps_too_long_to_tell_branches_apart_are_refined() -> None:
     found = track(angles, both)
     own = int(np.argmin(np.abs(found.branches[0] - turning[0])))
     assert found.unclear == 0 and np.abs(found.branches[:, own] - turning).max() < 1e-12
+
+
+@pytest.mark.parametrize("count", [7, 301])
+@pytest.mark.parametrize("name", ["consistent_12", "printed_7"])
+def test_stretches_joined_at_once_are_what_step_by_step_gives(name: str, count: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    moving = evaluator(MACHINE, name, ADAPTIVE, "omega", None, "frozen").moving
+    speeds = np.linspace(-150.0, 150.0, count)
+    at_once = track(speeds, moving)
+    steps = branches._chained(speeds, moving(speeds), 1e-9)[1]
+    assert count < 100 or 0.8 < steps.mean() < 1
+    monkeypatch.setattr(branches, "_chained", lambda points, raw, _: (raw, np.zeros(len(points), dtype=bool)))
+    one_by_one = track(speeds, moving)
+    assert np.abs(at_once.branches - one_by_one.branches).max() < 1e-12 * np.abs(one_by_one.branches).max()
+    assert at_once.unclear == one_by_one.unclear
 
 
 def test_mirrored_speed_has_the_same_poles() -> None:
