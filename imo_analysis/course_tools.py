@@ -124,13 +124,13 @@ def picture(figure: Figure, caption: str) -> None:
     ----------
     figure : matplotlib.figure.Figure
     caption : str
-        What it shows, printed below it: notebooks and their converters take no other text for readers who do not see it.
+        What it shows, printed above it: notebooks and their converters take no other text for readers who do not see it.
     """
     if in_notebook():
         from imo_analysis.drawing import svg_text
 
-        _display("SVG", svg_text(figure))
         print(f"figure: {caption}")
+        _display("SVG", svg_text(figure))
     else:
         print(f"    (a figure with {len(figure.axes)} axes: {caption})")
 
