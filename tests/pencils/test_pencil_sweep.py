@@ -4,6 +4,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from control import damp
+from matplotlib.text import Annotation
 from scipy.optimize import linear_sum_assignment
 
 from imo_analysis.drawing import svg_text
@@ -175,6 +177,52 @@ def test_pictures_of_a_sweep_and_of_a_cloud() -> None:
             wrong.plot(view)
     with pytest.raises(InputError, match="omega has 12, R_r has 3"):
         pole_sweep(SETUP, {"omega": omega, "R_r": [0.3, 0.4, 0.5]}, cloud=True)
+
+
+def test_arrows_and_contours_stand_where_their_numbers_say() -> None:
+    found = pole_sweep(SETUP, {"omega": np.linspace(20.0, 150.0, 27)})
+    for contours, holds in (
+        ("damping", lambda x, y, ratio: -x / np.hypot(x, y) == pytest.approx(ratio, rel=1e-9)),
+        ("settling_time", lambda x, _, time: np.exp(x * time) == pytest.approx(0.02, rel=1e-9)),
+    ):
+        ax = found.plot(contours=contours).axes[0]
+        labels = [text for text in ax.texts if not isinstance(text, Annotation)]
+        assert len(labels) >= 3
+        for text in labels:
+            x, y = text.get_position()
+            assert holds(x, y, float(text.get_text().removesuffix(" s"))), (contours, text)
+            straight = [np.asarray(line.get_xydata()) for line in ax.lines if str(line.get_linestyle()) != "-"]
+            ends = [(complex(*line[0]), complex(*line[1])) for line in straight if line.shape == (2, 2)]
+            off = [abs(((b - a).conjugate() * (complex(x, y) - a)).imag) / abs(b - a) for a, b in ends if a != b]
+            assert min(off) < 1e-9 * abs(complex(x, y)), "the number stands on its line"
+    arrows = [text for text in ax.texts if isinstance(text, Annotation)]
+    roots = found.data["re"].values + 1j * found.data["im"].values
+    assert len(arrows) == 4
+    for arrow in arrows:
+        tip, tail = (complex(*at) for at in (arrow.xy, arrow.xyann))
+        where = [np.unravel_index(np.argmin(np.abs(roots - end)), roots.shape) for end in (tail, tip)]
+        assert where[0][1] == where[1][1] and where[0][0] < where[1][0], "towards the rise of what is swept"
+
+
+def test_damping_and_natural_frequency_are_those_of_the_poles() -> None:
+    data = pole_sweep(SETUP, {"omega": [20.0, 60.0]}).data.sel(branch=[1, 2, 3, 4])
+    poles = frozen_pencil(MACHINE, "consistent_12", ADAPTIVE, 60.0)
+    frequency, damping, roots = damp(poles, doprint=False)
+    for s, size, ratio in zip(roots, frequency, damping, strict=True):
+        if abs(s) > 1e-3:
+            at = np.argmin(np.abs(data["re"].values[1] + 1j * data["im"].values[1] - s))
+            assert data["natural_frequency"].values[1, at] == pytest.approx(size, rel=1e-9)
+            assert data["damping"].values[1, at] == pytest.approx(ratio, rel=1e-9) and ratio > 0
+
+
+def test_a_cloud_takes_the_values_point_by_point() -> None:
+    speeds, gains = np.array([60.0, -20.0, 30.0]), np.array([10.0, 50.0, 30.0])
+    data = pole_sweep(SETUP, {"omega": speeds, "k_2": gains}, cloud=True).data
+    for k, (omega, k_2) in enumerate(zip(speeds, gains, strict=True)):
+        own = poles_at(MACHINE, "consistent_12", ADAPTIVE | {"k_2": float(k_2)}, OperatingPoint(float(omega), None))
+        found = data["re"].values[k] + 1j * data["im"].values[k]
+        distance = np.abs(found[:, None] - own[None, :])
+        assert distance[linear_sum_assignment(distance)].max() < 1e-9 * np.abs(own).max()
 
 
 def test_errors_of_the_believed_machine_are_the_machine_changed() -> None:
