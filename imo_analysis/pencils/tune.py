@@ -19,8 +19,8 @@ the damping decides b. The baseline (2)-(3) with l_2 = l_4 = 0, the constant gai
 omega^2, so that the ends of the range decide. From standstill to an unbounded speed it asks ``alpha X > delta (delta + b)``
 and ``X < delta + b``, which no decay above alpha meets. There b and X are searched for.
 
-The rule is about the frozen-speed poles. What the adaptation adds is in `speed_gain` and must be looked at with
-``kind="full"``; the two poles at zero stay whatever the gains are.
+The rule is about the frozen-speed poles; the two poles at zero stay whatever the gains are. Gains of the adaptation, and gains
+from wished times of the whole observer, are `imo_analysis.tuning`'s.
 """
 
 from __future__ import annotations
@@ -162,18 +162,6 @@ def achieved(
     size = np.abs(found)
     ratio = np.divide(-found.real, size, out=np.zeros_like(size), where=size > 0)
     return Tuning(observer, gains, float(-found.real.max()), float(ratio.min()), float(size.max()))
-
-
-def speed_gain(machine: InductionMachine, flux: float, fast: float, damping: float = sqrt(0.5)) -> float:
-    """K_p of (11), or h of (4), for a damping of the speed loop, in 1/(A^2 s^2).
-
-    An error of the speed drives the current error with ``beta flux``, and (11) feeds that back with ``K_p beta flux``; with the
-    current error's own decay ``fast`` (1/s; a = R_s/sigma + k_1, or gamma + l_1) the loop is about
-    ``s^2 + fast s + K_p (beta flux)^2``. An approximation: it leaves out z and alpha.
-    """
-    if not (flux > 0 and fast > 0 and damping > 0):
-        raise InputError(f"flux = {flux} Wb, fast = {fast} /s and damping = {damping} must all be above 0")
-    return float((fast / (2 * damping * machine.beta * flux)) ** 2)
 
 
 def _adaptive(machine: InductionMachine, decay: float, b: float) -> dict[str, float]:

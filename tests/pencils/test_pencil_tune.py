@@ -7,7 +7,7 @@ from imo_analysis.cli import main
 from imo_analysis.errors import InputError
 from imo_analysis.machine import preset
 from imo_analysis.pencils.error import OperatingPoint, frozen_pencil, poles_at
-from imo_analysis.pencils.tune import speed_gain, tune
+from imo_analysis.pencils.tune import tune
 
 MACHINE = preset("table-iii-printed-alpha")
 
@@ -56,16 +56,6 @@ def test_routh_criterion_decides_exactly() -> None:
 def test_baseline_with_constant_gains_cannot_be_faster_than_alpha_from_standstill_on() -> None:
     with pytest.raises(InputError, match="no constant gains of baseline were found for decay 11 /s"):
         tune(MACHINE, "baseline", 11.0, 0.05, 3000.0)
-
-
-def test_speed_gain_damps_the_speed_loop() -> None:
-    """An approximation: the fast pair of the full linearisation has the wanted damping to a tenth."""
-    found = tune(MACHINE, "repaired", 50.0, 0.7, 150.0)
-    a = MACHINE.R_s / MACHINE.sigma + 600.0
-    gains = found.gains | {"k_1": 600.0, "K_p": speed_gain(MACHINE, 0.5307, a, 0.5), "g": 1e-9, "alpha_l": 0.05, "delta": 0.01}
-    poles = poles_at(MACHINE, "repaired", gains, OperatingPoint(60.0, 0.5307, 0.0), "full")
-    fast = poles[np.argmax(np.abs(poles))]
-    assert -fast.real / abs(fast) == pytest.approx(0.5, abs=0.1)
 
 
 @pytest.mark.parametrize(("observer", "wish", "message"), [
