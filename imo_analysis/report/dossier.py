@@ -18,7 +18,7 @@ from imo_analysis.files import folder as checked_folder
 from imo_analysis.ledger.claim import Entry
 from imo_analysis.report.page import number
 from imo_analysis.report.pencils import observers_of
-from imo_analysis.report.scenarios import OFF, ExcitationResult, Scenario, main_scenario
+from imo_analysis.report.scenarios import ExcitationResult, Scenario, main_scenario, outcome
 from imo_analysis.study import Study
 
 
@@ -231,10 +231,11 @@ def strays(scenarios: Sequence[Scenario]) -> list[str]:
     found = []
     for scenario in scenarios:
         end = scenario.resting[-1].time
-        errors = {one.observer: abs(one.omega - one.omega_hat) for one in scenario.resting if one.time == end}
-        speed = next(one.omega for one in scenario.resting if one.time == end)
-        off = [f"`{name}` " + ("is lost" if math.isnan(error) else f"by {number(error)} rad/s")
-               for name, error in errors.items() if not error <= OFF * max(abs(speed), 1.0)]
+        there = [one for one in scenario.resting if one.time == end]
+        speed = there[0].omega
+        off = [f"`{one.observer}` " + ("is lost" if math.isnan(one.omega_hat) else
+                                       f"by {number(abs(one.omega - one.omega_hat))} rad/s in the mean, {number(one.rms)} rms")
+               for one in there if outcome(one) != "tracks"]
         if off:
             found.append(f"{scenario.title}: at the end, at {speed:.3g} rad/s, the estimate of speed is off: {', '.join(off)}.")
     return found

@@ -59,7 +59,7 @@ def step_responses(run: xr.Dataset, window: tuple[float, float]) -> list[StepRes
 
 @dataclass(frozen=True)
 class Resting:
-    """Where one observer's estimates stand at an instant.
+    """Where one observer's estimates stand at an instant: means over a short stretch before it, so that noise counts little.
 
     Attributes
     ----------
@@ -72,6 +72,8 @@ class Resting:
         Length of the flux error over the length of the flux.
     z_error, xi_error : float
         Lengths of z and xi errors over the length of z (NaN where the observer has none).
+    rms : float
+        Root mean square of the speed error in the stretch, in rad/s.
     """
 
     observer: str
@@ -82,22 +84,27 @@ class Resting:
     flux_error: float
     z_error: float
     xi_error: float
+    rms: float = 0.0
 
 
-def resting(run: xr.Dataset, beta: float, instant: float) -> list[Resting]:
-    """Every observer of a run at the last sample at or before an instant (s)."""
-    at = run.sel(time=slice(None, instant)).isel(time=-1)
-    phi = complex(at["phi_dr"], at["phi_qr"])
-    z = complex(at["i_ds"], at["i_qs"]) + beta * phi
+def resting(run: xr.Dataset, beta: float, instant: float, stretch: float = 0.0) -> list[Resting]:
+    """Every observer of a run at the last sample at or before an instant, and ``stretch`` before it (both in s)."""
+    until = run.sel(time=slice(None, instant))
+    last = float(until["time"][-1])
+    at = until.sel(time=slice(last - stretch, None))
+    omega = at["omega"].values
+    phi = at["phi_dr"].values + 1j * at["phi_qr"].values
+    z = at["i_ds"].values + 1j * at["i_qs"].values + beta * phi
+
+    def share(one: xr.Dataset, d: str, q: str, true: np.ndarray) -> float:
+        return float(np.mean(np.abs(true - one[d].values - 1j * one[q].values) / np.abs(true)))
+
     results = []
     for name in run["observer"].values:
         one = at.sel(observer=name)
-        results.append(
-            Resting(
-                str(name), float(at["time"]), float(at["omega"]), float(one["omega_hat"]), float(one["alpha_hat"]),
-                abs(phi - complex(one["phi_dr_hat"], one["phi_qr_hat"])) / abs(phi),
-                abs(z - complex(one["z_1_hat"], one["z_2_hat"])) / abs(z),
-                abs(z - complex(one["xi_1_hat"], one["xi_2_hat"])) / abs(z),
-            )
-        )
+        hat = one["omega_hat"].values
+        results.append(Resting(
+            str(name), last, float(np.mean(omega)), float(np.mean(hat)), float(np.mean(one["alpha_hat"].values)),
+            share(one, "phi_dr_hat", "phi_qr_hat", phi), share(one, "z_1_hat", "z_2_hat", z),
+            share(one, "xi_1_hat", "xi_2_hat", z), float(np.sqrt(np.mean((omega - hat) ** 2)))))
     return results

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 NETCDF_SAMPLES = 6000
 CSV_SAMPLES = 3000
 OFF = 0.02  # of the speed, above which an estimate is called off
+STRETCH = 0.5  # s, over which it is judged
 
 
 @dataclass(frozen=True)
@@ -59,7 +60,7 @@ class Scenario:
     """What the dossier keeps of a run.
 
     ``fault`` says what diverged, and when, or is empty; ``alpha`` is that of the machine in this run, in 1/s, which need not be
-    the study's.
+    the study's; ``driver`` is the observer whose estimate drives the machine, or empty.
     """
 
     name: str
@@ -74,6 +75,7 @@ class Scenario:
     fault: str
     files: list[tuple[str, str]] = field(default_factory=list)
     alpha: float = math.nan
+    driver: str = ""
 
 
 @dataclass(frozen=True)
@@ -169,7 +171,8 @@ def run_scenario(study: Study, name: str, folder: Path, note: Callable[[str], No
     judged = list(_excitation(run, chosen, label, folder, adaptive[:1] or ["plant"])) if fits else []
     command = f"imo simulate study.toml --scenario {name} --out {label}.nc" if name else "imo simulate study.toml --out run.nc"
     return Scenario(label, chosen.title, command, figures, windows, _resting(run, chosen), judged,
-                    drift_rows(explained, chosen), drawn, fault, files, chosen.machine.alpha)
+                    drift_rows(explained, chosen), drawn, fault, files, chosen.machine.alpha,
+                    "" if chosen.drive.feedback == "measured" else chosen.drive.feedback)
 
 
 def _figures() -> Any:
@@ -215,10 +218,24 @@ def _share(step: int) -> str:
 
 
 def _resting(run: xr.Dataset, study: Study) -> list[Resting]:
-    """The state just before every change of the reference, and at the end."""
-    instants = [time - study.simulation.sample_time for time in study.reference.time[1:]]
+    """The state just before every change of the reference, and at the end: the mean of `STRETCH`, or of a quarter of the time
+    since the change before where that is less."""
     end = float(run["time"].values[-1])
-    return [one for instant in [*(t for t in instants if t < end), end] for one in resting(run, study.machine.beta, instant)]
+    changes = [time for time in study.reference.time if time - study.simulation.sample_time < end]
+    instants = [*(time - study.simulation.sample_time for time in changes[1:]), end]
+    return [one for before, instant in zip(changes, instants, strict=True)
+            for one in resting(run, study.machine.beta, instant, min(STRETCH, (instant - before) / 4))]
+
+
+def outcome(one: Resting) -> str:
+    """Whether an estimate is the speed there: ``tracks``, ``is off`` or ``is lost``.
+
+    It tracks where the mean error is below the share `OFF` of the speed, and the error's rms below five times that.
+    """
+    error, limit = abs(one.omega - one.omega_hat), OFF * max(abs(one.omega), 1.0)
+    if math.isnan(error):
+        return "is lost"
+    return "tracks" if error <= limit and one.rms <= 5 * limit else "is off"
 
 
 def _excitation(run: xr.Dataset, study: Study, label: str, folder: Path, subjects: list[str]) -> Iterator[ExcitationResult]:

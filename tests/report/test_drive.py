@@ -10,12 +10,12 @@ from imo_analysis.ledger.book import entries
 from imo_analysis.report import drive
 from imo_analysis.report.chapters.drive import drive_chapter
 from imo_analysis.report.chapters.machine import machine_chapter
-from imo_analysis.report.chapters.own_machine import own_machine, verdict
+from imo_analysis.report.chapters.own_machine import own_machine, verdicts
 from imo_analysis.report.chapters.verdicts import first_screen
 from imo_analysis.report.metrics import Resting
 from imo_analysis.report.page import Html
 from imo_analysis.report.paper_machine import is_paper
-from imo_analysis.report.scenarios import ExcitationResult, Scenario
+from imo_analysis.report.scenarios import ExcitationResult, Scenario, outcome
 from imo_analysis.study import Study
 
 
@@ -87,7 +87,19 @@ def test_this_machine_stands_above_the_paper(paper: Study) -> None:
     assert screen.index("This machine") < screen.index('class="tiles"')
 
 
-@pytest.mark.parametrize(("error", "omega", "said"), [
-    (0.1, 100.0, "tracks"), (2.1, 100.0, "is off"), (math.nan, 1.0, "is lost"), (0.03, 0.0, "is off")])
-def test_verdicts(error: float, omega: float, said: str) -> None:
-    assert verdict(error, omega) == said
+def rest(name: str, omega: float, error: float, rms: float) -> Resting:
+    return Resting(name, 1.0, omega, omega - error, 9.9, 0.0, 0.0, 0.0, rms)
+
+
+@pytest.mark.parametrize(("error", "omega", "rms", "said"), [
+    (0.1, 100.0, 0.2, "tracks"), (2.1, 100.0, 2.1, "is off"), (math.nan, 1.0, math.nan, "is lost"), (0.03, 0.0, 0.03, "is off"),
+    (0.0, 100.0, 9.9, "tracks"), (0.0, 100.0, 10.1, "is off")])
+def test_an_outcome_is_of_the_mean_and_of_the_noise(error: float, omega: float, rms: float, said: str) -> None:
+    assert outcome(rest("one", omega, error, rms)) == said
+
+
+def test_verdicts_on_the_observers() -> None:
+    runs = [Scenario(title, title, "", [], [], [rest("a", 100.0, 0.0, 0.1), rest("b", 100.0, error, 0.1)], [], [], None, "",
+                     driver=driver) for title, error, driver in (("idle", 0.0, ""), ("braking", 50.0, "a"))]
+    assert verdicts(runs) == ["`a` tracks in all of 2 runs. It drives the machine in: braking.",
+                              "`b` tracks in 1 of 2 runs; it is off in: braking."]

@@ -97,6 +97,9 @@ def test_resting_state() -> None:
     assert first.time == pytest.approx(0.8) and first.flux_error == pytest.approx(0.2)
     assert math.isnan(first.alpha_hat) and math.isnan(first.z_error)
     assert second.alpha_hat == 10.5 and second.z_error == pytest.approx(0.0)  # z = 1 + 4 * 0.5
+    mean = resting(run(), 4.0, 0.8, 0.1)[0]
+    assert mean.omega - mean.omega_hat == pytest.approx((math.exp(-7) - math.exp(-8)) / 1.0, rel=2e-3)
+    assert mean.rms == pytest.approx(math.sqrt((math.exp(-14) - math.exp(-16)) / 20 / 0.1), rel=2e-3)
 
 
 def test_lyapunov_function_along_a_run() -> None:

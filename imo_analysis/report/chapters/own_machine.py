@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from imo_analysis.report.metrics import Resting
 from imo_analysis.report.modulation import Modulation
 from imo_analysis.report.page import Html, inline, join, number, table, tag
-from imo_analysis.report.scenarios import OFF, ExcitationResult, Scenario
+from imo_analysis.report.scenarios import OFF, STRETCH, ExcitationResult, Scenario, outcome
 from imo_analysis.report.words import typeset
 from imo_analysis.study import Study
 
@@ -15,16 +16,19 @@ from imo_analysis.study import Study
 def own_machine(
     study: Study, scenarios: Sequence[Scenario], results: Sequence[ExcitationResult], cured: Modulation | None
 ) -> Html:
-    """Whether each observer tracks in each run, whether alpha can be told from the speed there, and what would cure it."""
-    head = ("run", "observer", "speed", "error at the end (rad/s)", "largest error (rad/s)", r"$\hat{\alpha} - \alpha$ (1/s)")
+    """A verdict on each observer, how it tracks in each run, whether alpha can be told from the speed, and what cures it."""
+    head = ("run", "observer", "speed", "mean error at the end (rad/s)", "rms error there (rad/s)",
+            "largest mean error (rad/s)", r"$\hat{\alpha} - \alpha$ (1/s)")
     rows = [row for scenario in scenarios for row in _rows(scenario)]
     return join(
         [
             tag("h2", "This machine", class_="sub"),
-            table(head, rows, rf"{_alphas(study, scenarios)} The largest error is that of the instants just "
-                              "before each change of the reference and of the end.", (3, 4, 5)),
+            tag("ul", *(tag("li", inline(line)) for line in verdicts(scenarios)), class_="verdicts"),
+            table(head, rows, rf"{_alphas(study, scenarios)} Speeds are electrical. An estimate is judged by the last "
+                              f"{STRETCH:g} s, or the last quarter of a shorter piece: it tracks where its mean error is below "
+                              f"{100 * OFF:g} % of the speed. The largest is that of the stretches before each change of the "
+                              "reference and before the end.", (3, 4, 5, 6)),
             tag("ul", *(tag("li", line) for line in (*_identifiable(results), _cure(cured)))),
-            tag("h2", "The paper", class_="sub"),
         ]
     )
 
@@ -36,22 +40,33 @@ def _alphas(study: Study, scenarios: Sequence[Scenario]) -> str:
     return rf"$\alpha = {study.machine.alpha:.4g}$ /s" + (f" ({'; '.join(others)})." if others else ".")
 
 
-def _rows(scenario: Scenario) -> list[tuple[object, ...]]:
+def _ends(scenario: Scenario) -> list[Resting]:
     end = scenario.resting[-1].time
+    return [one for one in scenario.resting if one.time == end]
+
+
+def verdicts(scenarios: Sequence[Scenario]) -> list[str]:
+    """A sentence on each observer: in how many runs it tracks, where it does not, and whether it drives."""
+    lines = []
+    for name in dict.fromkeys(one.observer for scenario in scenarios for one in _ends(scenario)):
+        found = {scenario.title: outcome(one) for scenario in scenarios for one in _ends(scenario) if one.observer == name}
+        fails = {title: said for title, said in found.items() if said != "tracks"}
+        drives = [scenario.title for scenario in scenarios if scenario.driver == name]
+        line = f"`{name}` tracks in {'all' if not fails else len(found) - len(fails) or 'none'} of {len(found)} runs"
+        line += "".join(f"; it {said} in: {title}" for title, said in fails.items()) + "."
+        lines.append(line + (f" It drives the machine in: {', '.join(drives)}." if drives else ""))
+    return lines
+
+
+def _rows(scenario: Scenario) -> list[tuple[object, ...]]:
     rows: list[tuple[object, ...]] = []
-    for last in (one for one in scenario.resting if one.time == end):
+    for last in _ends(scenario):
         errors = [abs(one.omega - one.omega_hat) for one in scenario.resting if one.observer == last.observer]
         largest = math.nan if any(map(math.isnan, errors)) else max(errors)
-        rows.append((scenario.title, tag("code", last.observer), verdict(errors[-1], last.omega), number(errors[-1]),
-                     number(largest), number(last.alpha_hat - scenario.alpha, sign=True)))
+        watches = scenario.driver not in ("", last.observer)
+        rows.append((scenario.title, tag("code", last.observer), outcome(last) + (" (watches only)" if watches else ""),
+                     number(errors[-1]), number(last.rms), number(largest), number(last.alpha_hat - scenario.alpha, sign=True)))
     return rows
-
-
-def verdict(error: float, omega: float) -> str:
-    """Whether an estimate is that speed at the end: ``tracks``, ``is off`` or ``is lost``."""
-    if math.isnan(error):
-        return "is lost"
-    return "tracks" if error <= OFF * max(abs(omega), 1.0) else "is off"
 
 
 def _identifiable(results: Sequence[ExcitationResult]) -> list[Html]:

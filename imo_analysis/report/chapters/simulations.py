@@ -11,7 +11,7 @@ from imo_analysis.report.figure_claims import figure_claims
 from imo_analysis.report.metrics import BAND, Resting
 from imo_analysis.report.page import Chapter, Html, answer, figure, inline, join, number, prose, table, tag
 from imo_analysis.report.paper_machine import is_paper
-from imo_analysis.report.scenarios import Divergence, Scenario, not_drawn
+from imo_analysis.report.scenarios import STRETCH, Divergence, Scenario, not_drawn
 from imo_analysis.report.words import typeset
 from imo_analysis.study import Study
 
@@ -74,7 +74,8 @@ def _resting(states: Sequence[Resting]) -> Html:
     ]
     head = ("time (s)", "speed (rad/s)", "observer", "speed error (rad/s)", r"$\hat{\alpha}$ (1/s)", "flux error",
             r"$\tilde{z}$", r"$\tilde{\xi}$")
-    return table(head, rows, "Just before each change of the reference and at the end", (0, 1, 3, 4, 5, 6, 7))
+    return table(head, rows, f"Before each change of the reference and at the end: means of the last {STRETCH:g} s, or of "
+                             "the last quarter of a shorter piece", (0, 1, 3, 4, 5, 6, 7))
 
 
 def _percent(value: float) -> str:

@@ -100,15 +100,20 @@ def first_screen(study: Study, entries: Sequence[Entry], found: Sequence[str], o
                       href="#ledger", data_verdict=kind))
         for verdict, (kind, word, meaning) in WORDS.items()
     ]
+    topic = "an adaptive Luenberger observer for speed-sensorless induction machines"
+    audit = tag("p", inline(
+        "Every equation, table and claim of the paper was transcribed, derived again and judged by exact arithmetic: "
+        f"{len(papers)} entries. The same definitions were then linearised and simulated."), class_="lead")
+    cited = tag("p", f"The paper: {PAPER}.", class_="soft")
+    title: tuple[Html, ...]
+    if own:
+        title = (tag("p", study.title, class_="soft"), tag("h1", "Which observers of speed work on this machine"), own,
+                 tag("h2", f"The paper: what holds in {topic}", class_="sub"), cited, audit)
+    else:
+        title = (tag("p", "An audit by machine", class_="soft"), tag("h1", f"What holds in {topic}"), cited, audit)
     return join(
         [
-            tag("p", "An audit by machine", class_="soft"),
-            tag("h1", "What holds in an adaptive Luenberger observer for speed-sensorless induction machines"),
-            tag("p", f"The paper: {PAPER}.", class_="soft"),
-            tag("p", inline(
-                "Every equation, table and claim of the paper was transcribed, derived again and judged by exact arithmetic: "
-                f"{len(papers)} entries. The same definitions were then linearised and simulated."), class_="lead"),
-            own or "",
+            *title,
             tag("ul", *tiles, class_="tiles"),
             _ours([entry for entry in entries if entry.claim.ours]),
             tag("h2", "What falls", class_="sub"),
