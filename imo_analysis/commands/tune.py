@@ -97,6 +97,11 @@ def _lines(one: Any) -> list[str]:
                  f"(before: {before.rms_median:.3g}, {before.rms_95:.3g}, {before.lost:.0%});")
     lines.append(f"    noise {after.noise:.3g} rad/s where {after.noise_predicted:.3g} is predicted, settling "
                  f"{_cell(after.settling, 1e3)} ms where {_cell(after.settling_predicted, 1e3)} ms is")
+    shown = {key: (label, scale, unit) for key, label, scale, unit in _SHOWN}
+    price = [f"{label} {_cell(one.chosen.values[key], scale)} where it was {_cell(one.before.values[key], scale)} {unit}"
+             for key, (label, scale, unit) in shown.items() if key in one.price]
+    if price:
+        lines.append(f"  worse than with the study's gains: {', '.join(price)}")
     return lines + [_missed(one, name) for name in one.chosen.missed]
 
 

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from imo_analysis.tuning.wish import Wish
 
-SHOWN = ("settling", "recovery", "overshoot", "noise", "bias")
+SHOWN = ("settling", "recovery", "overshoot", "lag", "noise", "bias")
 HOLD = 1.0  # s at each speed of the run
 LATE = 0.5  # share of that time, at its end, over which the noise is taken
 ROOM = 1.6  # times the calmest error of an observer: what its axes show

@@ -92,7 +92,7 @@ def _legend(figure: Figure, observers: Sequence[str]) -> None:
     handles += [
         Line2D([], [], color=grey, linestyle="none", marker="o", markerfacecolor="none", label="gains of the study"),
         Line2D([], [], color=grey, linestyle="none", marker="x", label="rule of thumb"),
-        Line2D([], [], color=grey, linestyle="none", marker="*", markersize=11, label="chosen"),
-        Line2D([], [], color=grey, linestyle=(0, (1, 1.5)), label="the same, over speed"),
+        Line2D([], [], color=grey, linestyle="none", marker="*", markersize=11, label="chosen; thick over speed"),
+        Line2D([], [], color=grey, linestyle=(0, (1, 1.5)), label="gains of the study, over speed"),
     ]
     figure.legend(handles=handles, loc="outside lower center", ncols=4, frameon=False)

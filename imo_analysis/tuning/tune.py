@@ -22,7 +22,7 @@ from imo_analysis.tuning import trial
 from imo_analysis.tuning.loops import ADAPTIVE, TUNABLE
 from imo_analysis.tuning.response import response
 from imo_analysis.tuning.search import Found, Search, front
-from imo_analysis.tuning.wish import Wish, excess, judge
+from imo_analysis.tuning.wish import QUANTITIES, Wish, excess, judge
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -90,6 +90,11 @@ class Tuned:
     verified: Verified
     verified_before: Verified
 
+    @property
+    def price(self) -> list[str]:
+        """Names of `QUANTITIES` that the choice makes worse than the study's gains have them."""
+        return [name for name in QUANTITIES if self.chosen.values[name] > 1.001 * self.before.values[name]]
+
 
 def tunable(study: Study, names: Sequence[str] = ()) -> list[str]:
     """The observers to tune: those named, or those of ``[tuning]``, or all of the study that can be.
@@ -99,7 +104,7 @@ def tunable(study: Study, names: Sequence[str] = ()) -> list[str]:
     InputError
         If one is not in the study, no gains make it stable, or none is left.
     """
-    wanted = list(names or study.tuning.observers)
+    wanted = list(dict.fromkeys(names or study.tuning.observers))
     for name in wanted:
         if name not in study.observers:
             raise InputError(f"observer = {name!r} is not in the study; choose from: {', '.join(study.observers)}")

@@ -26,6 +26,18 @@ def test_closed_form_is_floquets_multiplier(kind, torque):
     assert settling_rate(*arguments, kind=kind) == pytest.approx(floquet_rate(*arguments, kind=kind), rel=0.05)
 
 
+def test_a_sideband_that_nearly_stands():
+    """It tells little, and to which side the slip moves it matters; where it stands a part of the error never settles, which the
+    averaged rate does not see: there it is no lower bound.
+    """
+    slip = slip_at(MACHINE, 8.0, 0.5307)
+    arguments = (MACHINE, GAINS, 0.5307, 0.0158, 60.0, 60.0 + np.array([4.0, 14.0]), slip)
+    assert settling_rate(*arguments) == pytest.approx(floquet_rate(*arguments), rel=0.05)
+    assert np.abs(settling_rate(*arguments[:-1], -slip) / settling_rate(*arguments) - 1).max() > 0.1
+    still = (*arguments[:5], 60.0 - slip, slip)
+    assert floquet_rate(*still)[0] < 0.01 < 0.1 < settling_rate(*still)
+
+
 def test_the_gate_of_the_supervisor_scales_the_rate():
     open_, half = (settling_rate(MACHINE, {**GAINS, "S_0": S_0}, 0.5307, 0.0158, 136.3, 50.0, kind="supervised")
                    for S_0 in (1.0, 629.500463656395))  # (beta psi depth frequency / alpha)^2 / 2

@@ -82,6 +82,31 @@ def test_noise_and_settling_in_simulation(name):
         assert measured[clear] == pytest.approx(predicted[clear], rel=0.06)
 
 
+def test_what_is_driven(monkeypatch):
+    """The choice: the right machine and the corners. The verification: machines, speeds, loads drawn anew, both ways, with noise."""
+    seen = {}
+
+    def recorded(study, values, **words):
+        seen.update(values, seed=study.simulation.seed, noise=study.sensors.current_noise)
+        raise InterruptedError
+
+    monkeypatch.setattr(trial, "run_batch", recorded)
+    gains, right = [_gains("repaired")], {"R_s": MACHINE.R_s, "R_r": MACHINE.R_r}
+    for runs, seed in ((0, 1), (40, 5), (40, 6)):
+        with pytest.raises(InterruptedError):
+            trial.drive(STUDY, "repaired", gains, WISH, (1.0, -1.0), seed, runs)
+        assert seen["noise"] == WISH.current_noise > 0 and seen["seed"] == seed
+        off = np.array([[seen[f"machine.{key}"][k] / right[key] - 1 for k in range(runs or 5)] for key in right])
+        speeds = np.concatenate([seen[f"reference.omega.{k}"] for k in range(8)])
+        assert speeds.min() < -100 and speeds.max() > 100 and np.abs(speeds).min() >= 20 and np.abs(speeds).max() <= 150
+        if runs:
+            assert (np.abs(off) <= [[0.05], [0.2]]).all() and np.ptp(off, axis=1) == pytest.approx([0.1, 0.4], rel=0.2)
+            seen.setdefault("drawn", []).append(off)
+        else:
+            assert np.allclose(np.abs(off[:, 1:]), [[0.05] * 4, [0.2] * 4]) and np.allclose(off[:, 0], 0)
+    assert not np.isclose(*seen["drawn"]).any()
+
+
 def test_quick_states_at_rest_are_the_followed_ones():
     point, errors = WISH.points(3, 3, (1.0, -1.0)), {"R_s": 0.05, "R_r": 0.2}
     for kind in ("repaired", "consistent_12", "supervised"):
@@ -104,6 +129,9 @@ def test_judgement_covers_both_directions_and_the_corners():
     """Both directions alike for the repaired observer; corners can only make it worse."""
     gains = STUDY.observers["repaired"].gains
     forward, backward = (judge(WISH, "repaired", gains, (sign,)) for sign in (1.0, -1.0))
+    one_way = _gains("consistent_12")  # stable forward alone
+    assert np.isfinite(judge(WISH, "consistent_12", one_way, (1.0,))["noise"])
+    assert np.isinf(judge(WISH, "consistent_12", one_way)["noise"])
     assert forward == pytest.approx(backward, rel=1e-6)
     alone = Wish.of(STUDY.changed({"tuning.uncertainty": {"R_s": 0.0, "R_r": 0.0}}))
     assert alone.corners() == []

@@ -12,9 +12,9 @@ from imo_analysis.report.tuned import SHOWN, Judged, Tuned
 from imo_analysis.report.words import typeset
 from imo_analysis.tuning.tune import Tuned as Result
 
-_SCALE = {"settling": 1e3, "recovery": 1.0, "overshoot": 100.0, "noise": 1.0, "bias": 1.0}
-_HEAD = {"settling": "settling (ms)", "recovery": "recovery (s)", "overshoot": "overshoot (%)", "noise": "noise (rad/s)",
-         "bias": "largest bias (rad/s)"}
+_SCALE = {"settling": 1e3, "recovery": 1.0, "overshoot": 100.0, "lag": 1e3, "noise": 1.0, "bias": 1.0}
+_HEAD = {"settling": "settling (ms)", "recovery": "recovery (s)", "overshoot": "overshoot (%)",
+         "lag": "lag behind an acceleration (ms)", "noise": "noise (rad/s)", "bias": "largest bias (rad/s)"}
 
 _LOST = "unstable, or without a state at rest, in part of the range"
 
@@ -161,6 +161,10 @@ def _chosen(one: Result) -> list[str]:
         lines.append(f"In simulation it is {word} than with the study's gains: {_written('settling', after.settling)} in place "
                      f"of {_written('settling', before.settling)}, {_written('noise', after.noise)} in place of "
                      f"{_written('noise', before.noise)}.")
+    if price := [name for name in one.price if name in SHOWN]:
+        lines.append("Worse than with the study's gains: " + ", ".join(
+            f"{_HEAD[name].split(' (')[0]}, {_written(name, one.chosen.values[name])} in place of "
+            f"{_written(name, one.before.values[name])}" for name in price) + ".")
     if one.note:
         lines.append(f"`{one.name}` is tuned {one.note}.")
     return lines
