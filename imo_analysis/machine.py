@@ -203,6 +203,7 @@ class InductionMachine(BaseModel):
         from imo_analysis.files import read_toml
 
         data = read_toml(path)
+        check_tables(data, path)
         inner = data.get("machine", data)
         if not isinstance(inner, dict):
             raise InputError(f"{path}: machine must be a table, [machine]")
@@ -219,6 +220,23 @@ class InductionMachine(BaseModel):
             unit = "" if entry.unit == "1" else f"{entry.unit}: "
             lines.append(f"{field} = {getattr(self, field)!r}  # {unit}{entry.meaning}")
         return "\n".join(lines) + "\n"
+
+
+def check_tables(data: dict[str, Any], where: str) -> None:
+    """Refuse a table of a machine file whose name is nearly that of one which is read.
+
+    Raises
+    ------
+    InputError
+        If there is one.
+    """
+    import difflib
+
+    for name, value in data.items():
+        plain = "".join(letter for letter in name.lower() if letter.isalpha())
+        near = difflib.get_close_matches(plain, ("nameplate", "machine"), 1, 0.7)
+        if isinstance(value, dict) and near and name not in ("nameplate", "machine"):
+            raise InputError(f"{where}: [{name}] is not a table of a machine file; did you mean [{near[0]}]?")
 
 
 def _quoted(text: str) -> str:

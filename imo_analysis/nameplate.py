@@ -22,6 +22,7 @@ TYPICAL_LEAKAGE = 0.2  # of the base impedance; catalogues of standard motors li
 _UNITS = {"power": "W", "voltage": "V", "current": "A", "frequency": "Hz", "speed": "rad/s", "power_factor": "1",
           "starting_current": "1"}
 _NEEDED = ("power", "voltage", "frequency", "speed")
+_PARAMETERS = ("R_s", "R_r", "L_m", "L_s", "L_r", "J")  # with the plate's n_p a whole machine
 
 
 @dataclass(frozen=True)
@@ -184,3 +185,30 @@ def rated_flux(plate: Nameplate, machine: InductionMachine) -> tuple[float, floa
     rotor = form["L_M"] / (1 + 1j * plate.slip * form["L_M"] / form["R_R"])
     current = plate.phase_voltage / (form["R_s"] + 1j * plate.stator_frequency * (form["L_sgm"] + rotor))
     return abs(rotor * current) * machine.L_r / machine.L_m, abs(current)
+
+
+def plated(data: dict[str, Any], where: str) -> tuple[Nameplate, InductionMachine]:
+    """Name plate and machine of a file with ``[nameplate]``; what ``[machine]`` leaves out is estimated from the plate.
+
+    Raises
+    ------
+    InputError
+        If either cannot be used, or they contradict each other.
+    """
+    given = data.get("machine", {})
+    if not isinstance(given, dict) or not isinstance(data["nameplate"], dict):
+        raise InputError(f"{where}: machine and nameplate must be tables, [machine] and [nameplate]")
+    plate = Nameplate.build(data["nameplate"], f"{where}: nameplate")
+    if all(name in given for name in _PARAMETERS) or "preset" in given:
+        machine = InductionMachine.build({"n_p": plate.n_p, **given} if "preset" not in given else given, f"{where}: machine")
+    else:
+        half = [name for name in ("R_r", "L_m", "L_s", "L_r") if name in given]
+        if half:
+            rest = [name for name in _PARAMETERS if name not in given]
+            raise InputError(f"{where}: [machine] has {', '.join(half)} and lacks {', '.join(rest)}; give all, or leave "
+                             "R_r, L_m, L_s and L_r to the plate")
+        machine = machine_of(plate, given, f"{where}: nameplate")
+    if machine.n_p != plate.n_p:
+        raise InputError(f"{where}: machine.n_p = {machine.n_p} does not fit the plate, whose {plate.speed * 30 / math.pi:.4g} "
+                         f"rpm at {plate.frequency:g} Hz need {plate.n_p}")
+    return plate, machine

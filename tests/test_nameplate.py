@@ -120,3 +120,27 @@ def test_a_motor_file_that_contradicts_itself(
     assert cli.main(["study", "--init", str(tmp_path / "study.toml"), "--machine", str(_file(tmp_path, machine))]) == 2
     assert said in capsys.readouterr().err
     assert not (tmp_path / "study.toml").exists()
+
+
+@pytest.mark.parametrize("name", ["name_plate", "Nameplate", "plate"])
+def test_a_near_miss_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str) -> None:
+    motor = _file(tmp_path, "J = 0.015")
+    motor.write_text(motor.read_text().replace("[nameplate]", f"[{name}]"))
+    assert cli.main(["study", "--init", str(tmp_path / "study.toml"), "--machine", str(motor)]) == 2
+    assert f"[{name}] is not a table of a machine file; did you mean [nameplate]?" in capsys.readouterr().err
+    assert not (tmp_path / "study.toml").exists()
+
+
+def test_plate_or_parameters_the_same_runs(tmp_path: Path) -> None:
+    """All of the machine without its plate makes a study with the same runs and observers."""
+    plated, whole, again = (tmp_path / name for name in ("plated.toml", "whole.toml", "again.toml"))
+    assert cli.main(["study", "--init", str(plated), "--machine", str(_file(tmp_path, "J = 0.015"))]) == 0
+    first = Study.load(plated)
+    whole.write_text(first.machine.to_toml())
+    assert cli.main(["study", "--init", str(again), "--machine", str(whole), "--flux", str(first.drive.flux)]) == 0
+    second = Study.load(again)
+    assert list(second.scenarios) == list(first.scenarios) and list(second.observers) == list(first.observers)
+    assert second.machine.R_r == first.machine.R_r and second.drive.flux == pytest.approx(first.drive.flux)
+    for name, one in first.observers.items():
+        same = {gain: value for gain, value in one.gains.items() if gain in ("k_1", "k_3", "K_p", "alpha_l", "delta")}
+        assert {gain: second.observers[name].gains[gain] for gain in same} == pytest.approx(same, rel=1e-2)

@@ -8,8 +8,8 @@ from pathlib import Path
 from imo_analysis.errors import InputError
 
 DESCRIPTION = """Write a study to start from, commented, or check a study and say what is in it. Without --machine it is the
-paper's; with a machine, the paper's scaled to it, gains by the rule of thumb (imo_analysis.tuning.rule); with a machine file
-that has a [nameplate], one of that motor: rated flux, speed and torque, gains that fit."""
+paper's; with a machine, one of that motor: rated flux, speed and torque, from its [nameplate] or as typical of such a machine,
+four observers with gains by the rule of thumb (imo_analysis.tuning.rule), and five runs that ask whether they work."""
 EXAMPLE = "imo study --init study.toml\n  imo study --init study.toml --machine motor.toml\n  imo study study.toml"
 
 
@@ -36,7 +36,7 @@ def run(args: argparse.Namespace) -> int:
             raise InputError(f"study = {args.study} cannot be given with --init; leave one of the two out")
         if Path(args.init).exists() and not args.force:
             raise InputError(f"{args.init} exists already; choose another name, or --force to overwrite it")
-        write_text(args.init, _with_machine(args.machine, args.flux) if args.machine else paper_text())
+        write_text(args.init, _own(args.machine, args.flux) if args.machine else paper_text())
         then = f"imo report {args.init}" if args.machine else f"imo simulate {args.init} --out run.nc"
         say(args, f"wrote {args.init}; now: {then}")
     elif args.flux is not None:
@@ -59,20 +59,7 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _with_machine(name: str, flux: float | None) -> str:
-    """The study of a machine with a name plate, or the paper's rewritten for this machine; checked with all its scenarios."""
-    from imo_analysis.commands.study_own import own_text, plated
-    from imo_analysis.files import read_toml
-    from imo_analysis.machine import PAPER_PRESETS, PRESETS, InductionMachine
-    from imo_analysis.study import Study, paper_text
-    from imo_analysis.tuning.start import study_text
+def _own(name: str, flux: float | None) -> str:
+    from imo_analysis.tuning.start import study_of
 
-    if name in PAPER_PRESETS and flux is None:  # the paper's flux and gains are theirs
-        return paper_text().replace('preset = "table-iii-printed-alpha"', f'preset = "{name}"')
-    if name not in PRESETS and "nameplate" in (data := read_toml(name)):
-        if flux is not None:
-            raise InputError(f"--flux {flux:g} cannot be given with a [nameplate], which gives the flux; leave one of them out")
-        text = own_text(*plated(data, name))
-        Study.from_toml(text, "the study of this motor")
-        return text
-    return study_text(PRESETS[name] if name in PRESETS else InductionMachine.load(name), flux)
+    return study_of(name, flux)

@@ -8,9 +8,9 @@ import numpy as np
 
 from imo_analysis.machine import PRESETS, InductionMachine
 from imo_analysis.pencils.error import OperatingPoint
+from imo_analysis.tuning.rated import typical_flux
 from imo_analysis.tuning.response import RECOVERY, response
 from imo_analysis.tuning.rule import DAMPING, Times, rule_gains, rule_loops, rule_noise
-from imo_analysis.tuning.start import typical_flux
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -77,6 +77,8 @@ class Times:
         t_l in s; infinite for any.
     speed_bandwidth : float
         Of the drive's speed loop in rad/s, for the share of alpha.
+    fastest : float
+        The largest omega_n in rad/s, where samples bear no more; the other wishes then yield. Infinite for any.
     """
 
     settling: float
@@ -85,10 +87,12 @@ class Times:
     damping: float = DAMPING
     lag: float = math.inf
     speed_bandwidth: float = 45.0
+    fastest: float = math.inf
 
     def __post_init__(self) -> None:
-        if not self.lag > 0:
-            raise InputError(f"lag = {self.lag:g} s must be above 0")
+        for name, unit in (("lag", "s"), ("fastest", "rad/s")):
+            if not getattr(self, name) > 0:
+                raise InputError(f"{name} = {getattr(self, name):g} {unit} must be above 0")
         for name, unit in (("settling", "s"), ("recovery", "s"), ("omega_max", "rad/s"), ("damping", ""),
                            ("speed_bandwidth", "rad/s")):
             value = getattr(self, name)
@@ -109,11 +113,11 @@ def rule_loops(machine: InductionMachine, kind: str, times: Times) -> Loops:
     zeta = times.damping
     if kind == "baseline_scheduled":
         current = math.sqrt((machine.gamma + machine.alpha) ** 3 * machine.sigma / machine.R_s)
-        return Loops(min(_SETTLED / (zeta * times.settling), current / (2 * zeta)), current, 0.0, 0.0)
+        return Loops(min(_SETTLED / (zeta * times.settling), current / (2 * zeta), times.fastest), current, 0.0, 0.0)
     far = _FAR * times.omega_max if kind == "baseline" else 1000 * zeta / times.recovery
     least = least_current(machine, kind)
-    omega_n = max(_SETTLED / (zeta * times.settling), far, 2 * zeta / times.lag, least / (2 * zeta))
-    current = max(2 * zeta * omega_n, least)  # above by rounding
+    omega_n = min(max(_SETTLED / (zeta * times.settling), far, 2 * zeta / times.lag, least / (2 * zeta)), times.fastest)
+    current = max(2 * zeta * omega_n, least)
     if kind == "baseline":
         return Loops(omega_n, current, machine.alpha * current / 2, 0.0)
     constant = 8 * current / times.recovery

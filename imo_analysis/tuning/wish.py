@@ -15,6 +15,7 @@ from imo_analysis.errors import InputError
 from imo_analysis.machine import InductionMachine
 from imo_analysis.pencils.error import OperatingPoint
 from imo_analysis.study import Study
+from imo_analysis.study_tuning import Tuning
 from imo_analysis.tuning.response import Response, response
 from imo_analysis.tuning.rule import DAMPING, Times
 
@@ -97,8 +98,7 @@ class Wish:
                   "fastest": SAMPLING / study.simulation.sample_time}
         more = (("noise", table.speed_noise), ("bias", table.speed_error), ("lag", table.lag))
         limits |= {key: value for key, value in more if value is not None}
-        times = Times(table.settling_time, _RESERVE * table.recovery_time, high, max(table.damping, DAMPING),
-                      _RESERVE * table.lag, study.drive.speed_bandwidth)
+        times = times_of(table, study.drive.speed_bandwidth, study.simulation.sample_time)
         return cls(machine, flux, slip, low, high, (1.0, -1.0) if table.directions == "both" else (1.0,), limits,
                    study.simulation.sample_time, noise, {k: v for k, v in table.uncertainty.items() if v > 0}, times)
 
@@ -124,6 +124,22 @@ class Wish:
         names = list(self.uncertainty)
         signs = itertools.product((-1.0, 1.0), repeat=len(names)) if names else []
         return [{name: sign * self.uncertainty[name] for name, sign in zip(names, one, strict=True)} for one in signs]
+
+
+def times_of(table: Tuning, speed_bandwidth: float, sample_time: float) -> Times:
+    """What the rule of thumb is asked for where this is wished: less time, since it knows of no errors and no load.
+
+    Parameters
+    ----------
+    table : Tuning
+        The wish.
+    speed_bandwidth : float
+        Of the drive's speed loop in rad/s.
+    sample_time : float
+        In s.
+    """
+    return Times(table.settling_time, _RESERVE * table.recovery_time, table.omega[1], max(table.damping, DAMPING),
+                 _RESERVE * table.lag, speed_bandwidth, _RESERVE * SAMPLING / sample_time)
 
 
 def judged(wish: Wish, found: Response) -> dict[str, Array]:
