@@ -34,14 +34,15 @@ def design_modulation(args: argparse.Namespace) -> int:
     plant = plant_of(study, observer)
     found, tried = design(plant, wanted)
     waveforms = cheapest_by_waveform(tried, wanted)
-    exact = slowest_rate(plant, found)
-    checks = verify(study, found, wanted, observer)
+    exact, where = slowest_rate(plant, found, wanted)
+    checks = verify(study, found, wanted, observer, [where])
     say(args, f"flux modulated by {100 * found.depth:.3g} % at {found.frequency:.4g} rad/s, a {_words(found.waveform)} of the "
               f"reference, for observer {observer}:")
     say(args, f"  over {_range(wanted.speeds)} rad/s and {_range(wanted.torques)} N m the error of alpha_hat decays as "
-              f"exp(-{found.rate:.3g} t), t in s, or faster;")
-    say(args, f"  slowest at {found.slowest[0]:.4g} rad/s, {found.slowest[1]:.3g} N m, by Floquet's multiplier "
-              f"{exact:.3g} 1/s; the noise leaves it {found.bias:.3g} /s off")
+              f"exp(-{found.rate:.3g} t), t in s, or faster")
+    say(args, f"  on average over the modulation (slowest at {found.slowest[0]:.4g} rad/s, {found.slowest[1]:.3g} N m); by "
+              f"Floquet's multiplier its slowest part at {exact:.3g} 1/s,")
+    say(args, f"  at {where[0]:.4g} rad/s, {where[1]:.3g} N m; the noise leaves it {found.bias:.3g} /s off")
     say(args, f"  no unbiased estimate can be closer, in {wanted.time:g} s: alpha +- {found.alpha_bound:.2g} /s, "
               f"omega +- {found.omega_bound:.2g} rad/s")
     say(args, f"  costs {found.loss:.3g} W of copper loss; of the limits it uses "

@@ -84,7 +84,7 @@ class Design:
     depth, frequency : float
         Depth (1) and frequency (rad/s).
     rate : float
-        Slowest decay of the alpha error in the observer, 1/s.
+        Slowest decay of the alpha error in the observer, averaged over the modulation, 1/s.
     bias : float
         Largest error of alpha_hat that the noise leaves, 1/s; 0 for a law without the square of the noise.
     alpha_bound, omega_bound : float
@@ -198,7 +198,7 @@ def _accuracy(plant: Plant, wanted: Wanted, depth: float, frequency: float, shap
     """The same with the costs left out."""
     found = _settling(plant, wanted, depth, frequency, shape)
     measurement = Measurement(wanted.noise, 1 / wanted.step, wanted.time)
-    slips, speeds = _points(plant, wanted, frequency, shape)
+    slips, speeds = points_looked_at(plant, wanted, frequency, shape)
     psi = 1 + depth * shape.swing
     bounds = [bounds_over_speed(plant.machine, held_torque_along(psi, plant.flux, 0.0, slip, frequency), speeds, measurement)
               for slip in slips]
@@ -206,20 +206,23 @@ def _accuracy(plant: Plant, wanted: Wanted, depth: float, frequency: float, shap
     return replace(found, alpha_bound=worst["alpha_both"], omega_bound=worst["omega_both"])
 
 
-def _points(plant: Plant, wanted: Wanted, frequency: float, shape: Shape) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Slips and speeds to look at."""
-    slips = np.array([slip_at(plant.machine, torque, plant.flux) for torque in _torques(wanted)])
+def points_looked_at(
+    plant: Plant, wanted: Wanted, frequency: float, shape: Shape
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Slips and speeds."""
+    slips = np.array([slip_at(plant.machine, torque, plant.flux) for torque in torques_looked_at(wanted)])
     return slips, operating_range(wanted, slips, frequency, shape)
 
 
-def _torques(wanted: Wanted) -> list[float]:
+def torques_looked_at(wanted: Wanted) -> list[float]:
+    """Torques in N m, in the order of the slips of `points_looked_at`."""
     return sorted({*wanted.torques, *np.linspace(min(wanted.torques), max(wanted.torques), _TORQUES).tolist()})
 
 
 def _settling(plant: Plant, wanted: Wanted, depth: float, frequency: float, shape: Shape) -> Design:
     """What the observer makes of a modulation, the Cramer-Rao bounds and the costs left out."""
     machine, gains = plant.machine, plant.gains
-    slips, speeds = _points(plant, wanted, frequency, shape)
+    slips, speeds = points_looked_at(plant, wanted, frequency, shape)
     rates = settling_rate(machine, gains, plant.flux, depth, frequency, speeds[:, None], slips, shape, plant.kind)
     at = np.unravel_index(np.argmin(rates), rates.shape)
     rate = float(rates[at])
@@ -227,7 +230,7 @@ def _settling(plant: Plant, wanted: Wanted, depth: float, frequency: float, shap
     if plant.kind not in QUIET:
         bias = 2 * gains["g"] * (1 + machine.beta * machine.L_m) * wanted.noise**2 / rate if rate > 0 else math.inf
     return Design(depth, float(frequency), rate, bias, math.nan, math.nan, math.nan, math.nan, math.nan, math.nan,
-                  (float(speeds[at[0]]), _torques(wanted)[int(at[1])]))
+                  (float(speeds[at[0]]), torques_looked_at(wanted)[int(at[1])]))
 
 
 def _settles(found: Design, wanted: Wanted) -> bool:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from imo_analysis.excitation.bounds import slip_at
-from imo_analysis.excitation.design import LIMITS, Design, Plant, Wanted
+from imo_analysis.excitation.design import LIMITS, Design, Plant, Wanted, points_looked_at, torques_looked_at
 from imo_analysis.excitation.settling import floquet_rate
 from imo_analysis.excitation.swing import shape_of
 from imo_analysis.machine import InductionMachine
@@ -26,12 +26,18 @@ def plant_of(study: Study, observer: str) -> Plant:
     return Plant(study.machine, settings.kind, settings.gains, study.drive.flux, study.drive)
 
 
-def slowest_rate(plant: Plant, found: Design) -> float:
-    """The decay of the alpha error where the design is predicted to be the slowest, in 1/s, by Floquet's multiplier."""
-    omega, torque = found.slowest
+def slowest_rate(plant: Plant, found: Design, wanted: Wanted) -> tuple[float, tuple[float, float]]:
+    """The slowest decay of the alpha error in 1/s by Floquet's multiplier, with its speed and torque (rad/s, N m).
+
+    Looked for at every point that the design was made for: where a sideband nearly stands, a part of the error settles far
+    more slowly than on average.
+    """
     shape = plant.shape(found.waveform, found.frequency)
-    return float(floquet_rate(plant.machine, plant.gains, plant.flux, found.depth, found.frequency, omega,
-                              slip_at(plant.machine, torque, plant.flux), shape, plant.kind)[0])
+    slips, speeds = points_looked_at(plant, wanted, found.frequency, shape)
+    rates = np.array([floquet_rate(plant.machine, plant.gains, plant.flux, found.depth, found.frequency, speeds, slip, shape,
+                                   plant.kind) for slip in slips])
+    row, column = np.unravel_index(np.argmin(rates), rates.shape)
+    return float(rates[row, column]), (float(speeds[column]), float(torques_looked_at(wanted)[int(row)]))
 
 
 def modulated_study(study: Study, found: Design) -> Study:
@@ -86,8 +92,8 @@ class Check:
         return not self.missed(wanted)
 
 
-def verify(study: Study, found: Design, wanted: Wanted, observer: str) -> list[Check]:
-    """Simulate the design at each speed and load that is given, and where it is predicted to settle the slowest.
+def verify(study: Study, found: Design, wanted: Wanted, observer: str, more: Sequence[tuple[float, float]] = ()) -> list[Check]:
+    """Simulate the design at each speed and load that is given, where it is predicted to settle the slowest, and at ``more``.
 
     With noise over the whole periods of the second after ``wanted.time``, and without noise for the limits.
     """
@@ -97,7 +103,7 @@ def verify(study: Study, found: Design, wanted: Wanted, observer: str) -> list[C
     late = slice(wanted.time, wanted.time + max(1, int(1.0 / period)) * period)
     points = [(omega, torque) for omega in wanted.speeds for torque in wanted.torques]
     rows = []
-    for omega, torque in points if found.slowest in points else [*points, found.slowest]:
+    for omega, torque in dict.fromkeys([*points, found.slowest, *more]):
         still = study.only([observer]).changed({
             "sensors.current_noise": 0.0, "reference.shape": "steps", "reference.time": [0.0], "reference.omega": [omega],
             "load.shape": "steps", "load.time": [0.0], "load.T_l": [torque], "simulation.duration": late.stop + 1e-3,

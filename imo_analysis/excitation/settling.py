@@ -6,7 +6,9 @@ Averaged over the modulation, the error of alpha_hat decays at
     H(nu) = 1 / (k + j (nu - omega) + (alpha k_3 + kappa |omega|) / (j nu)),
 
 over the sidebands nu = omega_s +- n frequency of every line n of the flux's shape, |v_1| = beta psi depth |c_n| n frequency /
-alpha (no load; a load does not change which part of v_1 is across v_2). The damping k is k_1 + R_s/sigma, and alpha (1 + beta
+alpha (no load; a load does not change which part of v_1 is across v_2). Where a sideband nearly stands (nu within some rad/s
+of 0) that is the rate of the larger part of the error only: the rest, of some per cent, settles far more slowly, and at nu = 0
+never. The damping k is k_1 + R_s/sigma, and alpha (1 + beta
 L_m) more where i_hat stands beside alpha_hat (claim ``noise.quiet``). The law of `across` is the same one once omega_hat has
 followed, and that of `supervised` is g times its gate.
 

@@ -30,7 +30,7 @@ TORQUE_LIMIT = 0.05  # N m, half the swing: a hundredth of that load
 class Modulation:
     """A design for one observer with its check in closed loop; ``refused`` says why there is none.
 
-    ``floquet_rate`` is the decay (1/s) at the design's slowest point, by another way; ``others`` are the designs that other
+    ``floquet_rate`` is the slowest decay (1/s) of the range, by another way; ``others`` are the designs that other
     laws with the same gains would need.
     """
 
@@ -66,8 +66,8 @@ def modulation(study: Study, folder: Path) -> Modulation | None:
         found, tried = design(plant, wanted)
     except InputError as error:
         return Modulation(name, wanted, None, [], None, [], None, str(error))
-    exact = slowest_rate(plant, found)
-    checks = verify(study, found, wanted, name)
+    exact, where = slowest_rate(plant, found, wanted)
+    checks = verify(study, found, wanted, name, [where])
     caption = (f"The estimate of alpha of `{name}` with {NOISE:g} A of noise and steps of the speed, with and without the "
                "designed modulation.")
     drawn = keep(folder, "modulation", _drawn(study, found, name), caption)

@@ -12,7 +12,8 @@ from synthetic import MACHINE
 from imo_analysis.cli import main
 from imo_analysis.errors import InputError
 from imo_analysis.excitation import design as d
-from imo_analysis.excitation.design_check import Check, modulated_study, plant_of, verify
+from imo_analysis.excitation.bounds import slip_at
+from imo_analysis.excitation.design_check import Check, modulated_study, plant_of, slowest_rate, verify
 from imo_analysis.excitation.settling import settling_rate
 from imo_analysis.excitation.swing import costs
 from imo_analysis.study import Study
@@ -198,6 +199,16 @@ def test_the_flux_follows_a_waveform_as_predicted(waveform):
     assert 0.6 * found.ripple < check.ripple < found.ripple
     for name in ("depth", "current", "voltage"):
         assert getattr(check, name) == pytest.approx(getattr(found, name), rel=0.01), name
+
+
+def test_the_slowest_part_is_looked_for_all_over_the_range():
+    """Not where the average is the slowest, but where a sideband stands."""
+    plant = plant_of(Study.paper(), "repaired")
+    range_ = replace(WANTED, speeds=(40.0, 90.0), torques=(5.0,))
+    rate, (omega, torque) = slowest_rate(plant, d.assess(plant, range_, 0.06, 60.0), range_)
+    assert rate < 0.01 and torque == 5.0 and abs(omega + slip_at(MACHINE, 5.0, 0.5307) - 60.0) < 1e-6
+    far = d.assess(plant, range_, 0.02, 136.3)
+    assert slowest_rate(plant, far, range_)[0] == pytest.approx(far.rate, rel=0.1)
 
 
 @pytest.mark.slow

@@ -184,9 +184,10 @@ of flux, torque ripple (half its swing), current and voltage. The cheapest modul
             f"{100 * found.depth:.3g} % of the flux at {found.frequency:.4g} rad/s, a {found.waveform.replace('_', ' ')} "
             f"of the reference. It costs {found.loss:.3g} W of copper loss and uses "
             f"{', '.join(limit.share(found, wanted) for limit in LIMITS)}. The error of the estimate of alpha then decays as "
-            f"exp(−{found.rate:.3g} t) or faster, t in s (slowest at {found.slowest[0]:.4g} rad/s, {found.slowest[1]:.3g} N m: "
-            f"there {cured.floquet_rate:.3g} 1/s by Floquet's multiplier); the noise leaves it {found.bias:.3g} /s off. No "
-            f"unbiased estimate can have a standard deviation below {found.alpha_bound:.2g} /s and "
+            f"exp(−{found.rate:.3g} t) or faster on average over the modulation, t in s (slowest at {found.slowest[0]:.4g} "
+            f"rad/s, {found.slowest[1]:.3g} N m), its slowest part at {cured.floquet_rate:.3g} 1/s by Floquet's multiplier; "
+            f"the noise leaves it {found.bias:.3g} /s off. No unbiased estimate can have a standard deviation below "
+            f"{found.alpha_bound:.2g} /s and "
             f"{found.omega_bound:.2g} rad/s all over the range.",
             "In closed loop " + ("the accuracy is reached within the limits, by rms errors." if not missed else
                                  f"it misses: {', '.join(missed)}.")),
