@@ -83,7 +83,7 @@ def test_noise_and_settling_in_simulation(name):
 
 
 def test_what_is_driven(monkeypatch):
-    """The choice: the right machine and the corners. The verification: machines, speeds, loads drawn anew, both ways, with noise."""
+    """The choice: the right machine and the corners. The verification: machines, speeds and loads drawn anew, with noise."""
     seen = {}
 
     def recorded(study, values, **words):
