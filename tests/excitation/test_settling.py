@@ -27,8 +27,8 @@ def test_closed_form_is_floquets_multiplier(kind, torque):
 
 
 def test_a_sideband_that_nearly_stands():
-    """It tells little, and to which side the slip moves it matters; where it stands a part of the error never settles, which the
-    averaged rate does not see: there it is no lower bound.
+    """It tells little, and to which side the slip moves it matters; where it stands a part of the error never settles. The
+    averaged rate does not see that: there it is no lower bound.
     """
     slip = slip_at(MACHINE, 8.0, 0.5307)
     arguments = (MACHINE, GAINS, 0.5307, 0.0158, 60.0, 60.0 + np.array([4.0, 14.0]), slip)
