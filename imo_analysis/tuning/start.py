@@ -115,7 +115,7 @@ windows = [{{ title = "load comes on", start = 1.9, stop = 3.0, caption = "0 to 
 
 [scenarios.warm]
 # The observers still believe the cold machine, above, whose alpha they start from: 1 / 1.3 - 1 = -0.2308. The drive knows.
-title = "the same, resistances 30 % up and unknown"
+title = "rated load at half speed, resistances 30 % up and unknown"
 machine = {{ R_s = {warm_s:.5g}, R_r = {warm_r:.5g} }}    # ohm
 load = {{ time = [0.0, 2.0, 2.2], T_l = [0.0, 0.0, {torque:.4g}] }}
 reference = {{ time = [0.0, 0.3, 1.5], omega = [0.0, 0.0, {half:.4g}] }}
