@@ -18,6 +18,7 @@ from imo_analysis.errors import InputError
 from imo_analysis.machine import InductionMachine
 from imo_analysis.quantity import si_value
 
+LEAST_EFFICIENCY = 0.3  # of any motor that a drive feeds, at its rated point
 TYPICAL_LEAKAGE = 0.2  # of the base impedance; catalogues of standard motors lie between 0.15 and 0.25
 _UNITS = {"power": "W", "voltage": "V", "current": "A", "frequency": "Hz", "speed": "rad/s", "power_factor": "1",
           "starting_current": "1"}
@@ -144,10 +145,19 @@ def machine_of(plate: Nameplate, known: Mapping[str, Any], where: str = "namepla
     u, i = plate.phase_voltage, math.sqrt(2) * plate.current * cmath.exp(-1j * math.acos(plate.power_factor))
     taken = 1.5 * u * i.real
     gap = plate.torque * plate.stator_frequency / plate.n_p
+    if not LEAST_EFFICIENCY < plate.power / taken < 1:
+        raise InputError(f"{where}.power = {plate.power:g} W at the shaft of the {taken:.4g} W that voltage, current and power "
+                         f"factor give is an efficiency of {plate.power / taken:.3g}; it must be between {LEAST_EFFICIENCY:g} "
+                         "and 1: check the four, and the unit of the power (\"7.5 kW\")")
     R_s = si_value(known["R_s"], "ohm", "machine.R_s") if "R_s" in known else (taken - gap) / (1.5 * abs(i) ** 2)
     if R_s <= 0:
         raise InputError(f"{where}: {plate.power:g} W at the shaft are {gap:.4g} W over the air gap, more than the {taken:.4g} "
                          "W that voltage, current and power factor give; check the four")
+    crossing = taken - 1.5 * R_s * abs(i) ** 2
+    if not 0.97 * gap < crossing < 1.3 * gap:
+        raise InputError(f"machine.R_s = {R_s:.4g} ohm leaves {crossing:.4g} W of the plate's {taken:.4g} W for the air gap, "
+                         f"where {plate.power:g} W at the shaft need {gap:.4g} W, and up to 30 % more with iron and friction; "
+                         "check R_s, of one phase in star")
     base = u / abs(i)
     stator_flux = (u - R_s * i) / (1j * plate.stator_frequency)
     L_sgm = TYPICAL_LEAKAGE * base / plate.stator_frequency

@@ -289,8 +289,8 @@ class ObserverSettings(Table):
         if values["gains"].get("delta", 1.0) <= 0:
             raise ValueError(f"gains.delta = {values['gains']['delta']:g} 1/s must be above 0, the width of the layer in (10)")
         if values["gains"].get("k", 1.0) <= 0:
-            raise ValueError(f"gains.k = {values['gains']['k']:g} must be above 0: it multiplies the machine's poles, and 1 is no "
-                             "feedback")
+            raise ValueError(f"gains.k = {values['gains']['k']:g} must be above 0: it multiplies the machine's poles, and 1 is "
+                             "no feedback")
         errors = values.get("errors", {})
         if not isinstance(errors, dict):
             raise ValueError(f"errors = {errors!r} must be a table of names and numbers")

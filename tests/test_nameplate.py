@@ -60,7 +60,9 @@ def test_a_known_machine_comes_back(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize(("changed", "said"), [
     ({"speed": "1500 rpm"}, "a little .* below the synchronous"),
     ({"speed": "170 rad/s"}, "a little"),
-    ({"power": "4 kW"}, "over the air gap, more than"),
+    ({"power": "4 kW"}, "an efficiency of 1.44"),
+    ({"power": "2.75 kW"}, "over the air gap, more than"),
+    ({"power": 2.2}, "an efficiency of 0.000794.* the unit of the power"),
     ({"power_factor": 1.2}, "below 1"),
     ({"voltage": "400 A"}, "wrong unit"),
     ({"volts": 400}, "not a known key"),
@@ -70,6 +72,16 @@ def test_a_known_machine_comes_back(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_plate_that_cannot_be_is_refused(changed: dict, said: str) -> None:
     with pytest.raises(InputError, match=said):
         machine_of(Nameplate.build(PLATE | changed), {"J": 0.015})
+
+
+@pytest.mark.parametrize("R_s", ["12 ohm", "0.01 ohm"])
+def test_a_resistance_that_contradicts_the_plate_is_refused(R_s: str) -> None:
+    """Stator copper, air gap and shaft must add up; what a plate's losses in iron and friction leave open is allowed."""
+    if R_s == "0.01 ohm":
+        assert machine_of(Nameplate.build(PLATE), {"J": 0.015, "R_s": R_s}).R_s == 0.01
+        return
+    with pytest.raises(InputError, match=r"12 ohm leaves .* W of the plate's .* W for the air gap"):
+        machine_of(Nameplate.build(PLATE), {"J": 0.015, "R_s": R_s})
 
 
 def test_what_is_missing_is_named() -> None:
@@ -94,7 +106,7 @@ def test_the_study_of_a_motor(tmp_path: Path) -> None:
     assert cli.main(["study", "--init", str(study), "--machine", str(motor)]) == 0
     written = Study.load(study)
     assert written.machine.R_s == 3.7 and written.title == "a"
-    assert list(written.scenarios) == ["speed", "load", "warm", "slow", "closed"]
+    assert list(written.scenarios) == ["speed", "load", "warm", "slow", "brake", "closed"]
     assert max(written.reference.omega) == pytest.approx(2 * 1430 * math.pi / 30, rel=1e-3)
     assert max(written.scenario("load").load_torque.T_l) == pytest.approx(2200 / (1430 * math.pi / 30), rel=1e-3)
     assert written.drive.flux < written.drive.voltage_limit / (2 * math.pi * 50)

@@ -1,4 +1,4 @@
-"""The baseline (2)-(4) with the gain of Kubota, Matsuse and Nakano (IEEE Trans. Ind. Appl. 29(2), 1993), scheduled on omega_hat.
+"""The baseline (2)-(4) with the gain of Kubota, Matsuse and Nakano (IEEE Trans. Ind. Appl. 29(2), 1993), by omega_hat.
 
 The gain puts the poles of the observer at k times those of the machine, whatever the speed. Theirs multiplies i_hat - i, with
 a_r11 = -gamma, a_r22 = -alpha, a_i22 = omega_hat, a_r21 = alpha L_m and c = 1/beta: g_1 = (k-1)(a_r11 + a_r22),
@@ -10,7 +10,8 @@ from imo_analysis.equations.baseline import baseline
 
 
 def proportional_gain(k, omega_hat, p):
-    """``(l_1, l_2, l_3, l_4)`` that puts the poles at ``k`` times the machine's; ``p`` is ``(R_s, L_m, sigma, beta, alpha)``."""
+    """``(l_1, l_2, l_3, l_4)`` that puts the poles at ``k`` times the machine's; ``p`` is ``(R_s, L_m, sigma, beta,
+    alpha)``."""
     R_s, L_m, sigma, beta, alpha = p
     gamma = R_s / sigma + alpha * beta * L_m
     l_1 = (k - 1) * (gamma + alpha)

@@ -19,7 +19,8 @@ CONTROL_STATES = ("integral_d", "integral_q", "integral_speed")
 def flux_model(phi, flow_before, i, omega, T, p):
     """The drive's own rotor flux a sample later and its present rate: the flux rows of (1) by Adams-Bashforth of order 2.
 
-    ``flow_before`` is the rate of a sample ago. An explicit rule, so that the flux of the next sample is known before its currents are measured.
+    ``flow_before`` is the rate of a sample ago. An explicit rule, so that the flux of the next sample is known before
+    its currents are measured.
     """
     flow = flux_rates(phi, i, omega, p)
     return (phi[0] + T * (1.5 * flow[0] - 0.5 * flow_before[0]), phi[1] + T * (1.5 * flow[1] - 0.5 * flow_before[1])), flow

@@ -4,9 +4,9 @@ from imo_analysis.equations.plant import plant
 
 
 def machine_rates(x, u, T_l, p, friction):
-    """Rates of the state ``x`` = ``(i_ds, i_qs, phi_dr, phi_qr, omega)``, ``p`` as in `plant.plant`; the shaft carries ``T_l + B omega_m``.
+    """Rates of the state ``x`` = ``(i_ds, i_qs, phi_dr, phi_qr, omega)``, ``p`` as in `plant.plant`.
 
-    ``friction`` is B / n_p, so that it multiplies the electrical speed.
+    The shaft carries ``T_l + B omega_m``; ``friction`` is B / n_p, so that it multiplies the electrical speed.
     """
     return plant(x, u, 0.0, T_l + friction * x[4], p)
 

@@ -1,9 +1,10 @@
-"""The study of one's own motor as text: rated point, observers with gains by the rule of thumb, a wish, five runs.
+"""The study of one's own motor as text: rated point, observers with gains by the rule of thumb, a wish, six runs.
 
 The motor comes from a file, with a name plate or with all parameters, or from a preset. What the paper's study says of speeds,
 loads, voltages and gains means nothing to another motor. Here all of it goes with the rated point (`imo_analysis.tuning.rated`)
 and with the rotor's time constant 1 / alpha; the gains are those that `imo_analysis.tuning.rule` gives for the wish in the same
-file. The five runs ask whether an observer works: idle, under load, with warm resistances, slowly, and driven by its estimates.
+file. The six runs ask whether an observer works: idle, under load, with warm resistances, slowly, braking, and driven by its
+estimates.
 """
 
 from __future__ import annotations
@@ -127,6 +128,12 @@ load = {{ time = [0.0, 2.0, 2.2], T_l = [0.0, 0.0, {torque:.4g}] }}
 reference = {{ time = [0.0, 0.3, 1.5], omega = [0.0, 0.0, {low:.4g}] }}
 windows = [{{ title = "load comes on", start = 1.9, stop = 3.0, caption = "0 to rated torque" }}]
 
+[scenarios.brake]
+title = "braking with rated load, down to {least_percent:.0f} % of rated speed"
+load = {{ time = [0.0, 2.0, 2.2], T_l = [0.0, 0.0, -{torque:.4g}] }}
+reference = {{ time = [0.0, 0.3, 1.5, 3.0, 4.0], omega = [0.0, 0.0, {half:.4g}, {half:.4g}, {least:.4g}] }}
+windows = [{{ title = "slower", start = 2.9, stop = 5.0, caption = "from half of the rated speed down, driven by the load" }}]
+
 [scenarios.closed]
 # the drive has nothing but the estimates of the observer "{feedback}"
 title = "sensorless: driven by {feedback}, rated load at half speed"
@@ -210,7 +217,8 @@ def study_text(machine: InductionMachine, flux: float | None = None, plate: Name
     believed = f"errors = {{ R_s = {1 / WARM - 1:.4f}, R_r = {1 / WARM - 1:.4f} }}"
     text = _TEXT.format(
         title=toml_text({"t": name[:200]}).split("=", 1)[1].strip(), machine=machine.to_toml(), rated=point.omega, half=half,
-        low=low, back=-point.omega, slow_percent=100 * _SLOW, torque=point.torque, slip=point.slip, source=point.source,
+        low=low, back=-point.omega, slow_percent=100 * _SLOW, least=least,
+        least_percent=100 * least / point.omega, torque=point.torque, slip=point.slip, source=point.source,
         sample_time=SAMPLE_TIME, speed_bandwidth=SPEED_BANDWIDTH, i_d=flux / machine.L_m, flux=flux, voltage=point.voltage,
         limit=2 * point.current, noise=NOISE * point.current, band=0.02 * half, duration=duration, tuning=tuning,
         warm_s=WARM * machine.R_s, warm_r=WARM * machine.R_r, observers=_observers(machine, flux, point.omega, tuning),
