@@ -14,7 +14,7 @@ from imo_analysis.equations.plant import plant
 from imo_analysis.simulation import drive, kernel, loaded_machine
 
 DEFINITIONS = [
-    *(observer.rates for observer in OBSERVERS.values()), *{observer.flux for observer in OBSERVERS.values()},
+    *(observer.rates for observer in OBSERVERS.values()), *dict.fromkeys(observer.flux for observer in OBSERVERS.values()),
     plant, drive.control, drive.flux_model, loaded_machine.machine_rates,
 ]
 

@@ -55,7 +55,7 @@ def _written(name: str, value: float) -> str:
 
 def _judged(result: Tuned) -> list[Html]:
     rows = [(tag("code", one.observer), "the rule's" if one.rule else "the study's",
-             *_values(one.values), number(one.measured), tag("span", _verdict(one), class_="wide")) for one in result.judged]
+             *_values(one.values), number(one.measured), _verdict(one)) for one in result.judged]
     head = ("observer", "gains", *(_HEAD[name] for name in SHOWN), "rms error in the run (rad/s)", "meets the wish")
     gains = [(tag("code", one.observer), _gains(one.gains)) for one in result.judged if one.rule]
     return [
