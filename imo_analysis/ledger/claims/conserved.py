@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from imo_analysis.equations import across, lyapunov, plant, quiet, repaired, supervised
 from imo_analysis.ledger.claim import Algebra, Claim, Verdict
+from imo_analysis.ledger.claims.model import baseline_errors
 from imo_analysis.ledger.claims.noise import free_share, instead
 from imo_analysis.ledger.expression import Name, names
 from imo_analysis.ledger.setting import Setting, setting
@@ -20,7 +21,6 @@ _BALANCE = {
     "consistent_12": ("k_3*z_1_tilde_dot = -k_2*omega_hat*xi_2_tilde_dot", "k_3*z_2_tilde_dot = k_2*omega_hat*xi_1_tilde_dot"),
 }
 _WHERE = {"printed_7": "(7) and (8)", "printed_L": "L(omega_hat)", "consistent_12": "(12)"}
-
 
 
 def _copies(kind: str, noisy: bool = False) -> Setting:
@@ -53,6 +53,14 @@ def _seen(convention: str) -> Setting:
     base = luenberger_errors(convention)
     still = {"i_ds_tilde": 0, "i_qs_tilde": 0, "omega_tilde": 0}
     return setting(f"seen_{convention}", base.text + ", no current error and no speed error", {**still, **base.definitions},
+                   (*base.hypotheses, "alpha > 0"), base.cases, base.units)
+
+
+def _seen_by_the_baseline() -> Setting:
+    """The baseline (2)-(4) with no current error and the speed right: what its flux error does to the current."""
+    base = baseline_errors()
+    still = {"i_ds_tilde": 0, "i_qs_tilde": 0, "omega_tilde": 0}
+    return setting("seen_baseline", base.text + ", no current error and no speed error", {**base.definitions, **still},
                    (*base.hypotheses, "alpha > 0"), base.cases, base.units)
 
 
@@ -111,4 +119,15 @@ CLAIMS: list[Claim] = [
         prose="With known alpha and the speed right every z_tilde moves the current, so that no direction is hidden for good.",
     )
     for convention, where in _WHERE.items()
+] + [
+    Claim(
+        id="excitation.kept_baseline",
+        item=ITEM,
+        title="the baseline conserves nothing",
+        expected=Verdict.HOLDS,
+        setting=_seen_by_the_baseline(),
+        printed=("alpha*i_ds_tilde_dot - omega*i_qs_tilde_dot = beta*(alpha**2 + omega**2)*phi_dr_tilde",
+                 "alpha*i_qs_tilde_dot + omega*i_ds_tilde_dot = beta*(alpha**2 + omega**2)*phi_qr_tilde"),
+        prose="With the speed right every error of the flux moves the current, whatever the gains, Kubota's too.",
+    ),
 ]
