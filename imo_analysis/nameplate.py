@@ -84,9 +84,9 @@ class Nameplate:
             raise InputError(f"{where}.power_factor = {plate.power_factor:g} must be below 1")
         if not 0 < plate.slip < 0.2 * plate.stator_frequency:
             raise InputError(
-                f"{where}.speed = {plate.speed * 30 / math.pi:.4g} rpm must be a little (up to 20 %) below the synchronous "
-                f"{plate.stator_frequency / plate.n_p * 30 / math.pi:g} rpm of {plate.n_p} pole pair(s) at "
-                f"{plate.frequency:g} Hz; is it the speed at rated power?")
+                f"{where}.speed = {plate.speed:.4g} rad/s, {plate.speed * 30 / math.pi:.4g} rpm, must be a little (up to 20 %) "
+                f"below the synchronous {plate.stator_frequency / plate.n_p * 30 / math.pi:g} rpm of {plate.n_p} pole pair(s) "
+                f"at {plate.frequency:g} Hz; is it the speed at rated power, and has it its unit, as in \"1455 rpm\"?")
         return plate
 
     @property

@@ -9,7 +9,8 @@ from imo_analysis.errors import InputError
 from imo_analysis.notation import dimension
 
 _PREFIX = {"G": 1e9, "M": 1e6, "k": 1e3, "": 1.0, "m": 1e-3, "u": 1e-6, "µ": 1e-6, "n": 1e-9}
-_WRITTEN = re.compile(r"^\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(\S.*?)\s*$")
+# a number is not cut short to make its tail a unit: "15,2 A", "0.035"
+_WRITTEN = re.compile(r"^\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)(?![\d.,])\s*(\S.*?)\s*$")
 _SPELLINGS = {"Ω": "ohm", "Ohm": "ohm", "·": " ", "²": "^2", "*": " "}
 _SCALED = {"rpm": (math.pi / 30, "rad/s"), "1/min": (math.pi / 30, "rad/s")}
 
@@ -38,7 +39,8 @@ def si_value(value: object, unit: str, where: str) -> float:
     else:
         match = _WRITTEN.match(value)
         if not match:
-            raise InputError(f'{where} = "{value}" is not a number with a unit; write for example "1.5 {unit}"')
+            raise InputError(f'{where} = "{value}" is not a number with a unit; write it with a point, for example '
+                             f'"1.5 {unit}"')
         number = float(match[1]) * _factor(match[2], unit, value, where)
     if not math.isfinite(number):
         raise InputError(f"{where} = {value} is not finite; write a number in {unit}")

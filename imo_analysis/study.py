@@ -123,7 +123,10 @@ class Study(Table):
         InputError
             If the file cannot be read or anything in it cannot be used.
         """
-        return cls.from_data(read_toml(path), str(path), Path(path).parent)
+        data = read_toml(path)
+        if "nameplate" in data:
+            raise InputError(f"{path} is a motor, not a study; make one of it: imo study --init study.toml --machine {path}")
+        return cls.from_data(data, str(path), Path(path).parent)
 
     @classmethod
     def from_toml(cls, text: str, where: str = "study") -> Self:

@@ -60,6 +60,7 @@ def test_a_known_machine_comes_back(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize(("changed", "said"), [
     ({"speed": "1500 rpm"}, "a little .* below the synchronous"),
     ({"speed": "170 rad/s"}, "a little"),
+    ({"speed": 1430}, r"1430 rad/s, 1.366e\+04 rpm, must be .* has it its unit"),
     ({"power": "4 kW"}, "an efficiency of 1.44"),
     ({"power": "2.75 kW"}, "over the air gap, more than"),
     ({"power": 2.2}, "an efficiency of 0.000794.* the unit of the power"),
@@ -117,6 +118,8 @@ def test_a_plate_where_a_machine_is_needed(tmp_path: Path) -> None:
     motor, study = _file(tmp_path, "J = 0.015"), tmp_path / "study.toml"
     with pytest.raises(InputError, match=r"make a study of it, imo study --init study.toml --machine \S*motor.toml"):
         InductionMachine.load(str(motor))
+    with pytest.raises(InputError, match="is a motor, not a study"):
+        Study.load(motor)
     assert cli.main(["study", "--init", str(study), "--machine", str(motor)]) == 0
     assert InductionMachine.load(str(study)).n_p == 2
 

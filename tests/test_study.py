@@ -17,6 +17,8 @@ FAULTS = [
     ("[poles]", "[poels]", "poels is not a known key"),
     ("duration = 60.0", 'duration = "60 V"', 'duration = "60 V" has the wrong unit; it must be in s'),
     ("duration = 60.0", 'duration = "long"', "is not a number with a unit"),
+    ("duration = 60.0", 'duration = "60,5 s"', '"60,5 s" is not a number with a unit; write it with a point'),
+    ("duration = 60.0", 'duration = "0.035"', '"0.035" is not a number with a unit'),
     ("duration = 60.0", "duration = true", "duration = True is not a number"),
     ("duration = 60.0", "duration = -1.0", "simulation.duration = -1.0"),
     ("duration = 60.0", "duration = nan", "duration = nan is not finite"),
