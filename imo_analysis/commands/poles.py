@@ -25,6 +25,8 @@ EXAMPLE = """imo poles --omega 30,60,100 --observer all
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
+    parser.add_argument("study", nargs="?", metavar="STUDY.toml",
+                        help="study with machine, observers, gains; the paper's where left out")
     parser.add_argument("--omega", metavar="LIST", help="speeds in rad/s, such as 30,60,100; the study's where left out")
     parser.add_argument("--over", metavar="NAME=A:B:COUNT", action="append",
                         help="sweep omega, a gain, R_r, R_r_error, alpha, ...; twice for a map; SI or with units")
@@ -34,7 +36,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help="with the adaptation of speed and alpha, in steady running at this slip in rad/s")
     parser.add_argument("--observer", metavar="NAME", nargs="+", action="extend",
                         help="observers of the study or the catalogue, or all; the study's where left out")
-    parser.add_argument("--study", metavar="FILE", help="study with machine, observers, gains; the paper's where left out")
     parser.add_argument("--machine", metavar="FILE", help="machine file or preset in place of the study's machine")
     parser.add_argument("--tune", metavar="D:Z:W",
                         help="gains for decay D (1/s) and damping Z up to speed W (rad/s), both ways")

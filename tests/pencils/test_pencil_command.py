@@ -199,7 +199,7 @@ def test_machine_file_takes_the_place_of_the_studys(tmp_path: Path, capsys: pyte
     (["--plot", "poles.png"], "must end in .svg"),
     (["--out", "poles.txt"], "must end in .nc or .csv"),
     (["--machine", "nowhere.toml"], "cannot read nowhere.toml"),
-    (["--study", "nowhere.toml"], "cannot read nowhere.toml"),
+    (["nowhere.toml"], "cannot read nowhere.toml"),
     (["--over", "omega=0:1:3", "--out", "no/such/folder/x.nc"], "cannot write no/such/folder/x.nc"),
     (["--full", "nan"], "--full nan must be a slip within"),
     (["--full", "1e300"], "--full 1e+300 must be a slip within"),

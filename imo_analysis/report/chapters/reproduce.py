@@ -53,7 +53,7 @@ def _commands(study: Study) -> list[tuple[str, str]]:
         ("imo report study.toml --out imo-report", "this dossier; --markdown and --pdf make copies"),
         ("imo derive", "the ledger as a table"),
         ("imo derive eq12", "one entry, with its evidence"),
-        (f"imo poles --study study.toml --omega {','.join(f'{omega:g}' for omega in study.poles.omega)}", ""),
+        (f"imo poles study.toml --omega {','.join(f'{omega:g}' for omega in study.poles.omega)}", ""),
         (f"imo simulate study.toml{f' --scenario {name}' if name else ''} --out run.nc", ""),
         ("imo excite run.nc", "whether alpha and speed can be told apart along it"),
         ("imo tune study.toml", "gains for what the study wishes"),
