@@ -50,13 +50,13 @@ def ratio(
 
 def even(what: str, value: float, detail: str) -> dict[str, Any]:
     """A line whose ratio must be 1 within 10 %, either way."""
-    return {**row(what, value, 1.10, False, detail), "reached": 1 / 1.10 <= value <= 1.10}
+    return {**row(what, value, 1.10, False, detail), "reached": bool(1 / 1.10 <= value <= 1.10)}
 
 
 def row(what: str, value: float, bound: float, least: bool, detail: str) -> dict[str, Any]:
     """A line of the table; ``least`` where the bound is a lower one."""
-    return {"figure": what, "value": value, "bound": bound, "at_least": least,
-            "reached": value >= bound if least else value <= bound, "detail": detail}
+    return {"figure": what, "value": float(value), "bound": bound, "at_least": least,
+            "reached": bool(value >= bound if least else value <= bound), "detail": detail}
 
 
 def one_loop(quick: bool) -> list[dict[str, Any]]:

@@ -4,6 +4,7 @@ Tolerances, relative to the largest state after 200 samples out of a turning sta
 only rounding differs, 1e-7 against tight integrations (the error of one RK4 step a sample; measured 1e-8), 1e-9 between those.
 """
 
+import json
 import os
 
 import numpy as np
@@ -100,3 +101,12 @@ def test_motulator_runs_our_drive_and_observer_along_our_trajectory(task, exact)
     """Its machine, its loop and its solver, with our drive and observer put in: the same 13 states."""
     pytest.importorskip("motulator")
     assert off(motulator_way.same_task(task), exact) < 1e-9
+
+
+def test_the_table_can_be_written_as_json():
+    """Medians are numpy's numbers, which the json module refuses."""
+    from benchmarks.__main__ import even, row
+
+    value = np.float64(0.8)
+    lines = [row("a", value, 1.1, False, ""), row("b", value, 500, True, ""), even("c", value, "")]
+    assert [one["reached"] for one in json.loads(json.dumps(lines))] == [True, False, False]
