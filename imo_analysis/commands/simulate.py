@@ -74,15 +74,17 @@ def _write(args: argparse.Namespace, study: Any, data: Any, fault: str | None) -
         save_run(data, args.out)
     plots = _plot(args, study, data) if args.plot and records > 1 else []
     found = summary(data) if records else {}
+    width = max(map(len, [*found, "consistent_12"])) + 1
     for name, one in found.items():
         if one["lost_at"] is not None:
-            say(args, f"  {name:<14} lost at {one['lost_at']:.4g} s")
+            say(args, f"  {name:<{width}} lost at {one['lost_at']:.4g} s")
         elif one["speed_error_rms"] is None:
-            say(args, f"  {name:<14} no record after the start")
+            say(args, f"  {name:<{width}} no record after the start")
         else:
             alpha = "" if one["alpha_hat"] is None else f", alpha_hat {one['alpha_hat']:.4f} /s"
-            say(args, f"  {name:<14} omega_hat {one['omega_hat']:.4f} rad/s{alpha}; second half: "
-                      f"speed error rms {one['speed_error_rms']:.4g}, peak {one['speed_error_peak']:.4g} rad/s")
+            say(args, f"  {name:<{width}} omega_hat {one['omega_hat']:.4f} rad/s{alpha}; second half: "
+                      f"speed error rms {one['speed_error_rms']:.4g}, peak {one['speed_error_peak']:.4g} rad/s"
+                      + ("; it ends OFF the speed" if one["off"] else ""))
     for path in [*([args.out] if args.out else []), *plots]:
         say(args, f"wrote {path}")
     emit_json(args, schema="imo-simulate/1", data={

@@ -14,6 +14,7 @@ from imo_analysis.equations.catalogue import OBSERVERS
 from imo_analysis.errors import Diverged
 from imo_analysis.report.drift import DriftRow, drift_figure, drift_rows, explanations
 from imo_analysis.report.metrics import Resting, StepResponse, resting, step_responses
+from imo_analysis.simulation.summary import OFF, STRETCH, follows
 from imo_analysis.study import Study
 
 if TYPE_CHECKING:
@@ -22,8 +23,6 @@ if TYPE_CHECKING:
 
 NETCDF_SAMPLES = 6000
 CSV_SAMPLES = 3000
-OFF = 0.02  # of the speed, above which an estimate is called off
-STRETCH = 0.5  # s, over which it is judged
 
 
 @dataclass(frozen=True)
@@ -228,14 +227,10 @@ def _resting(run: xr.Dataset, study: Study) -> list[Resting]:
 
 
 def outcome(one: Resting) -> str:
-    """Whether an estimate is the speed there: ``tracks``, ``is off`` or ``is lost``.
-
-    It tracks where the mean error is below the share `OFF` of the speed, and the error's rms below five times that.
-    """
-    error, limit = abs(one.omega - one.omega_hat), OFF * max(abs(one.omega), 1.0)
-    if math.isnan(error):
+    """Whether an estimate is the speed there, by `imo_analysis.simulation.summary.follows`: tracks, is off, or is lost."""
+    if math.isnan(one.omega_hat):
         return "is lost"
-    return "tracks" if error <= limit and one.rms <= 5 * limit else "is off"
+    return "tracks" if follows(one.omega - one.omega_hat, one.rms, one.omega) else "is off"
 
 
 def _excitation(run: xr.Dataset, study: Study, label: str, folder: Path, subjects: list[str]) -> Iterator[ExcitationResult]:

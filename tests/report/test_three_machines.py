@@ -19,7 +19,7 @@ import xarray as xr
 
 from imo_analysis.ledger.book import entries
 from imo_analysis.report.dossier import Written, write_dossier
-from imo_analysis.report.scenarios import OFF
+from imo_analysis.simulation.summary import OFF
 from imo_analysis.study import Study
 
 pytestmark = pytest.mark.slow

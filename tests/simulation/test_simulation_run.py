@@ -9,6 +9,7 @@ from imo_analysis.errors import Diverged, InputError
 from imo_analysis.simulation import run as runs
 from imo_analysis.simulation.inputs import inputs, normals
 from imo_analysis.simulation.run import simulate
+from imo_analysis.simulation.summary import summary
 from imo_analysis.study import Study
 
 
@@ -133,3 +134,17 @@ def test_modulating_the_flux_finds_alpha(paper):
     still, found = (float(simulate(study)["alpha_hat"][0, -1]) for study in (base, moved))
     assert abs(still - paper.machine.alpha) > 0.1
     assert abs(found - paper.machine.alpha) < 1e-3
+
+
+@pytest.mark.parametrize(("error", "noise", "off"), [(0.0, 0.0, False), (1.0, 0.0, False), (3.0, 0.0, True), (0.0, 15.0, True),
+                                                     (0.0, 8.0, False), (np.nan, 0.0, True)])
+def test_a_summary_says_who_ends_off_the_speed(error: float, noise: float, off: bool) -> None:
+    """100 rad/s: the mean may be 2 rad/s off, the rms 10; judged by the last half second alone."""
+    import xarray as xr
+
+    time = np.linspace(0, 2, 2001)
+    swing = noise * np.sqrt(2) * np.sin(2 * np.pi * 20 * time)
+    hat = np.where(time < 1.4, 0.0, 100.0 - error - swing)
+    run = xr.Dataset({"omega": ("time", np.full(2001, 100.0)), "omega_hat": (("observer", "time"), hat[None]),
+                      "alpha_hat": (("observer", "time"), np.full((1, 2001), np.nan))}, {"time": time, "observer": ["one"]})
+    assert summary(run)["one"]["off"] is off

@@ -8,8 +8,9 @@ from collections.abc import Sequence
 from imo_analysis.report.metrics import Resting
 from imo_analysis.report.modulation import Modulation
 from imo_analysis.report.page import Html, inline, join, number, table, tag
-from imo_analysis.report.scenarios import OFF, STRETCH, ExcitationResult, Scenario, outcome
+from imo_analysis.report.scenarios import ExcitationResult, Scenario, outcome
 from imo_analysis.report.words import typeset
+from imo_analysis.simulation.summary import OFF, STRETCH
 from imo_analysis.study import Study
 
 

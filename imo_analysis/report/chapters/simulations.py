@@ -11,8 +11,9 @@ from imo_analysis.report.figure_claims import figure_claims
 from imo_analysis.report.metrics import BAND, Resting
 from imo_analysis.report.page import Chapter, Html, answer, figure, inline, join, number, prose, table, tag
 from imo_analysis.report.paper_machine import is_paper
-from imo_analysis.report.scenarios import STRETCH, Divergence, Scenario, not_drawn
+from imo_analysis.report.scenarios import Divergence, Scenario, not_drawn
 from imo_analysis.report.words import typeset
+from imo_analysis.simulation.summary import STRETCH
 from imo_analysis.study import Study
 
 Z_FEEDBACKS = ("printed_7", "printed_L", "consistent_12")  # kinds that differ in nothing else
