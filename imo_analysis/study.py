@@ -271,6 +271,21 @@ class Study(Table):
         listed = [one for name in self.scenarios for one in self.scenario(name).observers.values()]
         return {gain: value for one in (*listed, *self.observers.values()) for gain, value in one.gains.items()}
 
+    @property
+    def largest_torque(self) -> float:
+        """Load of either sign that gains and designs are made for, in N m: ``tuning.torque``, or what three quarters of the
+        magnetising current make across the flux."""
+        if self.tuning.torque is not None:
+            return self.tuning.torque
+        machine, flux = self.machine, self.drive.flux
+        return 1.5 * machine.n_p * machine.L_m / machine.L_r * flux * 0.75 * flux / machine.L_m
+
+    @property
+    def noise(self) -> float:
+        """Deviation of each current sample that they are made for, in A: ``tuning.current_noise``, or that of the sensors, or
+        0.1."""
+        return self.tuning.current_noise or self.sensors.current_noise or 0.1
+
     # Writing ---------------------------------------------------------------------------------------------------------
     def to_toml(self) -> str:
         """The study as TOML text, without comments; reading it back gives the same study."""

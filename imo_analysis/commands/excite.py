@@ -30,11 +30,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--design", metavar="STUDY", help="smallest flux modulation for a study, or 'paper'; with")
     parser.add_argument("--accuracy", nargs=2, type=float, default=(0.3, 2.0), metavar=("1/S", "RAD/S"), help="of alpha, omega")
     parser.add_argument("--within", type=float, default=5.0, metavar="S", help="time to reach it")
-    parser.add_argument("--noise", type=float, default=0.1, metavar="A", help="noise of each current sample")
-    parser.add_argument("--limit", action="append", metavar="NAME=X", help="flux (%%), torque (N m), current (A), voltage (V)")
+    parser.add_argument("--noise", type=float, metavar="A", help="noise of each current sample (the study's)")
+    parser.add_argument("--limit", nargs="+", action="extend", metavar="X", help="flux=5%% torque=0.2 (N m) current= voltage=")
     parser.add_argument("--duty", metavar="FILE", help="write a study: an hour of duty with this design")
-    parser.add_argument("--speeds", default="20,50,100", metavar="W,..", help="range, electrical rad/s")
-    parser.add_argument("--torques", default="0,5", metavar="T,..", help="range, N m")
+    parser.add_argument("--speeds", metavar="W,..", help="range, electrical rad/s (tuning.omega)")
+    parser.add_argument("--torques", metavar="T,..", help="range, N m (up to tuning.torque)")
 
 
 def run(args: argparse.Namespace) -> int:

@@ -15,22 +15,23 @@ HOUR = 3600.0  # s
 def design_modulation(args: argparse.Namespace) -> int:
     """Design, simulate the design, print both; exit code 1 if the simulation misses the accuracy or a limit."""
     from imo_analysis.commands.output import emit_json, say
-    from imo_analysis.excitation.design import LIMITS, Wanted, cheapest_by_waveform, design
-    from imo_analysis.excitation.design_check import plant_of, slowest_rate, verify
+    from imo_analysis.excitation.design import LIMITS, cheapest_by_waveform, design
+    from imo_analysis.excitation.design_check import plant_of, slowest_rate, verify, wanted_of
     from imo_analysis.study import Study
 
     if args.run:
         raise InputError(f"{args.run!r} and --design exclude each other: a design needs a study, not a run")
     study = Study.paper() if args.design == "paper" else Study.load(args.design)
     observer = _observer(study, args.observer)
-    settings = study.observers[observer]
-    start = abs(dict(settings.initial).get("alpha_hat", study.machine.alpha) - study.machine.alpha)
     alpha, omega = _positive("--accuracy", args.accuracy)
-    within, noise = _positive("--within", [args.within])[0], _positive("--noise", [args.noise])[0]
-    wanted = Wanted(
-        alpha, omega, within, start, _numbers("--speeds", args.speeds), _numbers("--torques", args.torques), noise,
-        step=study.simulation.sample_time,
-        **{"current_limit": study.drive.current_limit, "voltage_limit": study.drive.voltage_limit} | _limits(args.limit))
+    within = _positive("--within", [args.within])[0]
+    if within > HOUR:
+        raise InputError(f"--within {within:g} s must be at most {HOUR:g} s")
+    given: dict[str, Any] = {name: _numbers(f"--{name}", text) for name, text in
+                             (("speeds", args.speeds), ("torques", args.torques)) if text is not None}
+    if args.noise is not None:
+        given["noise"] = _positive("--noise", [args.noise])[0]
+    wanted = wanted_of(study, observer, alpha, omega, within, **given, **_limits(args.limit))
     plant = plant_of(study, observer)
     found, tried = design(plant, wanted)
     waveforms = cheapest_by_waveform(tried, wanted)
@@ -69,8 +70,8 @@ def design_modulation(args: argparse.Namespace) -> int:
         from imo_analysis.excitation.duty import mixed_duty
         from imo_analysis.files import write_text
 
-        hour = mixed_duty(study, HOUR, noise=noise, depth=found.depth, frequency=found.frequency, waveform=found.waveform,
-                          off=(HOUR / 4, HOUR * 3 / 4))
+        hour = mixed_duty(study, HOUR, noise=wanted.noise, depth=found.depth, frequency=found.frequency,
+                          waveform=found.waveform, off=(HOUR / 4, HOUR * 3 / 4))
         write_text(args.duty, hour.to_toml())
         say(args, f"wrote {args.duty}, its supervisor with S_0 = {hour.observers['supervised'].gains['S_0']:g} A^2; now: "
                   f"imo simulate {args.duty} --out duty.nc")
@@ -100,7 +101,7 @@ def _limits(asked: list[str] | None) -> dict[str, float]:
     for text in asked or ():
         name, _, number = text.partition("=")
         try:
-            value = float(number)
+            value = float(number.removesuffix("%") if name in by_name and by_name[name].unit == "%" else number)
         except ValueError:
             value = 0.0
         if name not in by_name or not (math.isfinite(value) and value > 0):

@@ -26,6 +26,31 @@ def plant_of(study: Study, observer: str) -> Plant:
     return Plant(study.machine, settings.kind, settings.gains, study.drive.flux, study.drive)
 
 
+def wanted_of(study: Study, observer: str, alpha: float = 0.3, omega: float = 2.0, time: float = 5.0, **more: Any) -> Wanted:
+    """What a design for one observer of a study must reach, over the range of ``[tuning]`` and within the drive's limits.
+
+    Parameters
+    ----------
+    study : Study
+        Its range of speeds with their geometric mean, loads from none to the largest, noise, limits of current and voltage.
+        The error of alpha at the start is that of the observer's initial value or the uncertainty of R_r, whichever is more.
+    observer : str
+        Its name in the study.
+    alpha, omega, time : float
+        Accuracy in 1/s and rad/s, and the time in s to reach it.
+    **more
+        Other fields of `Wanted`, in place of those of the study.
+    """
+    settings, machine, (low, high) = study.observers[observer], study.machine, study.tuning.omega
+    off = abs(dict(settings.initial).get("alpha_hat", machine.alpha) - machine.alpha)
+    fields: dict[str, Any] = {
+        "start": max(off, study.tuning.uncertainty.get("R_r", 0.0) * machine.alpha),
+        "speeds": (low, math.sqrt(low * high), high), "torques": (0.0, study.largest_torque), "noise": study.noise,
+        "current_limit": study.drive.current_limit, "voltage_limit": study.drive.voltage_limit,
+        "step": study.simulation.sample_time}
+    return Wanted(alpha, omega, time, **(fields | more))
+
+
 def slowest_rate(plant: Plant, found: Design, wanted: Wanted) -> tuple[float, tuple[float, float]]:
     """The slowest decay of the alpha error in 1/s by Floquet's multiplier, with its speed and torque (rad/s, N m).
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from imo_analysis.excitation.design import Design
 
-HOUR, LEAST, RUNS, NOISE = 3600.0, 300.0, 60.0, 0.1  # s; s; lengths of the study's own run, within these two; A
+HOUR, LEAST, RUNS = 3600.0, 300.0, 60.0  # s; s; lengths of the study's own run, within these two
 SETTLED, EDGE = 30.0, 5.0  # s: to converge at the start and after the pause, and for the supervisor to see the loss
 SHOWN = ("consistent_12", "repaired", "supervised")
 
@@ -54,7 +54,7 @@ class Duty:
     opens: float
 
 
-def duty(study: Study, found: Design, folder: Path) -> Duty | None:
+def duty(study: Study, found: Design, folder: Path, noise: float) -> Duty | None:
     """Simulate up to an hour of mixed duty with a designed modulation that pauses; None where the study lacks the observers."""
     from imo_analysis.excitation.duty import REST, mixed_duty, supervisor_threshold
     from imo_analysis.excitation.supervision import OPEN
@@ -63,7 +63,7 @@ def duty(study: Study, found: Design, folder: Path) -> Duty | None:
     length = min(HOUR, max(LEAST, RUNS * study.simulation.duration))
     pause = (length / 3, length * 2 / 3)
     try:
-        mixed = mixed_duty(study, length, noise=NOISE, depth=found.depth, frequency=found.frequency,
+        mixed = mixed_duty(study, length, noise=noise, depth=found.depth, frequency=found.frequency,
                            waveform=found.waveform, off=pause)
     except InputError:
         return None
@@ -77,12 +77,12 @@ def duty(study: Study, found: Design, folder: Path) -> Duty | None:
             name, float(np.abs(one.sel(time=slice(SETTLED, pause[0]))).max()), float(lost[-1]), float(np.ptp(lost)),
             float(np.abs(one.sel(time=slice(pause[1] + SETTLED, None))).max())))
     gains = mixed.observers["supervised"].gains
-    found_at = supervisor_threshold(study, gains, NOISE, length, found.depth, found.frequency, found.waveform)
+    found_at = supervisor_threshold(study, gains, noise, length, found.depth, found.frequency, found.waveform)
     S_0 = gains["S_0"]
-    caption = (f"The estimate of alpha over {length:g} s of random speeds and loads with {NOISE:g} A of noise; the flux is "
+    caption = (f"The estimate of alpha over {length:g} s of random speeds and loads with {noise:g} A of noise; the flux is "
                f"modulated, but not from {pause[0]:g} to {pause[1]:g} s. Below: what the supervisor sees, and its threshold.")
     drawn = keep(folder, "duty", _drawn(run, study.machine.alpha, S_0, pause), caption)
-    return Duty(length, pause, NOISE, rows, drawn, S_0, found_at.floor, found_at.least, found_at.most, REST, OPEN)
+    return Duty(length, pause, noise, rows, drawn, S_0, found_at.floor, found_at.least, found_at.most, REST, OPEN)
 
 
 @in_style

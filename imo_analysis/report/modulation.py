@@ -20,10 +20,7 @@ if TYPE_CHECKING:
     from imo_analysis.excitation.design import Design, Plant, Wanted
     from imo_analysis.excitation.design_check import Check
 
-ACCURACY = (0.3, 2.0)  # of alpha in 1/s and omega in rad/s: the defaults of imo excite --design, like all that follow
-WITHIN, NOISE = 5.0, 0.1  # s, A
-TORQUES = (0.0, 5.0)  # N m
-TORQUE_LIMIT = 0.05  # N m, half the swing: a hundredth of that load
+TORQUE_LIMIT = 0.01  # of the largest load: half the swing of the torque
 
 
 @dataclass(frozen=True)
@@ -48,19 +45,15 @@ class Modulation:
 
 def modulation(study: Study, folder: Path) -> Modulation | None:
     """Design, simulate with noise and draw; None where the study has no observer that a design is known for."""
-    from imo_analysis.excitation.design import Wanted, cheapest_by_waveform, design
-    from imo_analysis.excitation.design_check import plant_of, slowest_rate, verify
+    from imo_analysis.excitation.design import cheapest_by_waveform, design
+    from imo_analysis.excitation.design_check import plant_of, slowest_rate, verify, wanted_of
     from imo_analysis.excitation.settling import KINDS
 
     names = [name for name, settings in study.observers.items() if settings.kind in KINDS]
     if not names or study.drive.flux_modulation > 0:
         return None
     name = names[0]
-    settings, machine = study.observers[name], study.machine
-    start = abs(settings.initial.get("alpha_hat", machine.alpha) - machine.alpha)
-    speeds = tuple(study.poles.omega)
-    wanted = Wanted(*ACCURACY, WITHIN, start, speeds, TORQUES, NOISE, current_limit=study.drive.current_limit,
-                    voltage_limit=study.drive.voltage_limit, torque_limit=TORQUE_LIMIT, step=study.simulation.sample_time)
+    wanted = wanted_of(study, name, torque_limit=TORQUE_LIMIT * study.largest_torque)
     plant = plant_of(study, name)
     try:
         found, tried = design(plant, wanted)
@@ -68,11 +61,11 @@ def modulation(study: Study, folder: Path) -> Modulation | None:
         return Modulation(name, wanted, None, [], None, [], None, str(error))
     exact, where = slowest_rate(plant, found, wanted)
     checks = verify(study, found, wanted, name, [where])
-    caption = (f"The estimate of alpha of `{name}` with {NOISE:g} A of noise and steps of the speed, with and without the "
-               "designed modulation.")
-    drawn = keep(folder, "modulation", _drawn(study, found, name), caption)
-    return Modulation(name, wanted, found, checks, drawn, cheapest_by_waveform(tried, wanted), duty(study, found, folder),
-                      floquet_rate=exact, others=_others(plant, wanted))
+    caption = (f"The estimate of alpha of `{name}` with {wanted.noise:g} A of noise and steps of the speed, with and without "
+               "the designed modulation.")
+    drawn = keep(folder, "modulation", _drawn(study, found, name, wanted), caption)
+    return Modulation(name, wanted, found, checks, drawn, cheapest_by_waveform(tried, wanted),
+                      duty(study, found, folder, wanted.noise), floquet_rate=exact, others=_others(plant, wanted))
 
 
 def _others(plant: Plant, wanted: Wanted) -> tuple[tuple[str, Design], ...]:
@@ -87,15 +80,16 @@ def _others(plant: Plant, wanted: Wanted) -> tuple[tuple[str, Design], ...]:
     return tuple(rows)
 
 
-def _drawn(study: Study, found: Any, name: str) -> Figure:
+def _drawn(study: Study, found: Any, name: str, wanted: Wanted) -> Figure:
     """Simulate steps between the speeds of the range, without and with the modulation, and draw alpha_hat."""
     from imo_analysis.excitation.design_check import modulated_study
     from imo_analysis.simulation.run import simulate
 
-    speeds = [*study.poles.omega, study.poles.omega[0]]
+    speeds = [*wanted.speeds, wanted.speeds[0]]
     plain = study.only([name]).changed({
-        "sensors.current_noise": NOISE, "reference.shape": "steps", "reference.omega": speeds,
-        "reference.time": [WITHIN * number for number in range(len(speeds))], "simulation.duration": WITHIN * len(speeds)})
+        "sensors.current_noise": wanted.noise, "reference.shape": "steps", "reference.omega": speeds,
+        "reference.time": [wanted.time * number for number in range(len(speeds))],
+        "simulation.duration": wanted.time * len(speeds)})
     return _figure(simulate(plain), simulate(modulated_study(plain, found)), name, study.machine.alpha)
 
 

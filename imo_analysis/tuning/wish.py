@@ -20,10 +20,8 @@ from imo_analysis.tuning.response import Response, response
 from imo_analysis.tuning.rule import DAMPING, Times
 
 Array = NDArray[np.float64]
-DEFAULT_NOISE = 0.1  # A
 SAMPLING = 0.5  # rad a sample: the fastest mode stays below, so that a sampled observer still is what the pencil says
 _RESERVE = 0.75  # of the wished times: what the rule of thumb, which knows of no errors and no load, is asked for
-_LOAD = 0.75  # of the magnetising current, across the flux
 # what is judged, in the order of `Judged`: unit and meaning
 QUANTITIES = {
     "settling": ("s", "time until the speed estimate is within 2 % of a step of the speed"),
@@ -82,9 +80,7 @@ class Wish:
             If the slip of the torque reaches the lowest speed: the stator frequency then is zero.
         """
         table, machine, flux = study.tuning, study.machine, study.drive.flux
-        torque = table.torque
-        if torque is None:
-            torque = 1.5 * machine.n_p * machine.L_m / machine.L_r * flux * _LOAD * flux / machine.L_m
+        torque = study.largest_torque
         slip = float(slip_of_torque(torque, flux, machine.n_p, machine.L_r, machine.alpha))
         low, high = table.omega
         if slip >= low:
@@ -92,7 +88,6 @@ class Wish:
                 f"tuning.torque = {torque:.4g} N m needs a slip of {slip:.4g} rad/s, which must be below tuning.omega[0] = "
                 f"{low:g} rad/s: braking there the stator frequency is zero and nothing determines the speed; raise the "
                 "speed or lower the torque")
-        noise = table.current_noise or study.sensors.current_noise or DEFAULT_NOISE
         overshoot = math.exp(-math.pi * table.damping / math.sqrt(1 - table.damping**2))
         limits = {"settling": table.settling_time, "recovery": table.recovery_time, "overshoot": overshoot,
                   "fastest": SAMPLING / study.simulation.sample_time}
@@ -100,7 +95,7 @@ class Wish:
         limits |= {key: value for key, value in more if value is not None}
         times = times_of(table, study.drive.speed_bandwidth, study.simulation.sample_time)
         return cls(machine, flux, slip, low, high, (1.0, -1.0) if table.directions == "both" else (1.0,), limits,
-                   study.simulation.sample_time, noise, {k: v for k, v in table.uncertainty.items() if v > 0}, times)
+                   study.simulation.sample_time, study.noise, {k: v for k, v in table.uncertainty.items() if v > 0}, times)
 
     @property
     def middle(self) -> float:

@@ -13,7 +13,7 @@ from imo_analysis.cli import main
 from imo_analysis.errors import InputError
 from imo_analysis.excitation import design as d
 from imo_analysis.excitation.bounds import slip_at
-from imo_analysis.excitation.design_check import Check, modulated_study, plant_of, slowest_rate, verify
+from imo_analysis.excitation.design_check import Check, modulated_study, plant_of, slowest_rate, verify, wanted_of
 from imo_analysis.excitation.settling import settling_rate
 from imo_analysis.excitation.swing import costs
 from imo_analysis.study import Study
@@ -269,6 +269,8 @@ def test_command(capsys):
         (["--design", "paper", "--observer", "baseline"], "must be one observer"),
         (["--design", "none.toml"], "cannot read"),
         (["--design", "paper", "--limit", "flux=0.5"], "the limit of flux is 0.5 %, the least that does it needs"),
+        (["--design", "paper", "--limit", "torque=9", "flux=0.5%"], "the limit of flux is 0.5 %"),
+        (["--design", "paper", "--within", "1e9"], "--within 1e+09 s must be at most 3600 s"),
         (["--design", "paper", "--limit", "torque"], "must be one of flux=X (%), torque=X (N m)"),
         (["--design", "paper", "--limit", "power=1"], "must be one of flux=X (%), torque=X (N m)"),
         (["--design", "paper", "--limit", "flux=-1"], "X above 0"),
@@ -279,3 +281,18 @@ def test_bad_input(words, text, capsys):
     assert main(["excite", *words]) == 2
     error = capsys.readouterr().err
     assert text in error and error.count("\n") == 1
+
+
+def test_a_design_is_for_the_range_of_its_study():
+    """Range, load and noise are those of [tuning], the limits the drive's; what is given goes before."""
+    study = Study.paper().changed({"tuning.omega": [30.0, 120.0], "tuning.torque": 7.0, "tuning.current_noise": 0.03,
+                                   "drive.current_limit": 55.0})
+    wanted = wanted_of(study, "repaired", torque_limit=0.4)
+    assert wanted.speeds == (30.0, 60.0, 120.0) and wanted.torques == (0.0, 7.0) and wanted.noise == 0.03
+    assert (wanted.current_limit, wanted.torque_limit, wanted.time) == (55.0, 0.4, 5.0)
+    assert wanted.start == pytest.approx(abs(6.6 - study.machine.alpha))
+    known = study.changed({"observers.repaired.initial.alpha_hat": study.machine.alpha})
+    assert wanted_of(known, "repaired").start == pytest.approx(0.2 * study.machine.alpha)
+    assert wanted_of(study, "repaired", speeds=(50.0,)).speeds == (50.0,)
+    idle = study.changed({"tuning": {"torque": 0.0}, "sensors.current_noise": 0.05})
+    assert wanted_of(idle, "repaired").torques == (0.0, 0.0)
