@@ -91,7 +91,7 @@ def _computed(args: argparse.Namespace, study: Any, out: Path) -> Any:
     parts = kept.done()
     wanted = [chunk.number for chunk in plan.chunks if chunk.number not in parts]
     before = sum(len(part["possible"]) for part in parts.values())
-    with tqdm(total=plan.runs, initial=before, unit="run", desc="sweep", file=sys.stderr, smoothing=0.1) as bar:
+    with tqdm(total=plan.runs, initial=before, unit="run", desc="sweep", file=sys.stderr, disable=None, smoothing=0.1) as bar:
         for number, part in on_cluster(plan, wanted, client) if client else locally(plan, wanted, args.jobs):
             kept.keep(number, part)
             parts[number] = part

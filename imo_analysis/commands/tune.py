@@ -70,7 +70,8 @@ def _tuned(args: argparse.Namespace, study: Any) -> list[Any]:
 
     names = tunable(study, args.observer or ())
     Wish.of(study)  # a wish that cannot be is said before anything begins
-    with tqdm(total=STEPS * len(names), desc="tune", unit="generation", file=sys.stderr, delay=2, leave=False) as bar:
+    with tqdm(total=STEPS * len(names), desc="tune", unit="generation", file=sys.stderr, disable=None, delay=2,
+              leave=False) as bar:
         results = []
         for n, name in enumerate(names):
             bar.set_description(f"tune {name}")
