@@ -26,10 +26,10 @@ from imo_analysis.course_tools import check, expected, vary
 from imo_analysis.drawing import LIMIT, in_style, line, new_figure
 from imo_analysis.machine import PRESETS
 from imo_analysis.pencils.error import OperatingPoint, frozen_matrix, full_pencil
+from imo_analysis.pencils.pole_rule import achieved
 from imo_analysis.pencils.setup import Setup
 from imo_analysis.pencils.sweep import pole_sweep
 from imo_analysis.pencils.table2 import printed, without_neutral
-from imo_analysis.pencils.tune import achieved
 
 machine = PRESETS["table-iii-printed-alpha"]
 gains = {"k_1": 300.0, "k_2": 50.0, "k_3": 100.0, "g": 1.0, "K_p": 100.0,
@@ -172,11 +172,11 @@ check("6.3", answer_6_3)
 # <details><summary>Solution 6.3</summary>
 #
 # The study's gains fail twice: too little decay at low speed ($k_3$ too small, $D$ soft), too little damping at high
-# speed ($k_2$ too large, $D$ stiff). So: $k_3$ up, $k_2$ down by a lot. `pencils/tune.py` derives a rule that meets the
+# speed ($k_2$ too large, $D$ stiff). So: $k_3$ up, $k_2$ down by a lot. `pencils/pole_rule.py` derives a rule that meets the
 # wish with equality at every speed, $D = d(d + b)(1 + \omega^2/b^2)$ with the decay $d$ and $b = a - 2d$:
 #
 # ```python
-# from imo_analysis.pencils.tune import tune
+# from imo_analysis.pencils.pole_rule import tune
 # answer_6_3 = tune(machine, "consistent_12", 50.0, 0.5, 150.0).gains
 # ```
 #

@@ -153,10 +153,10 @@ def _chosen(study: Any, args: argparse.Namespace) -> tuple[dict[str, Setup], dic
 
 
 def _tuned(args: argparse.Namespace, setups: dict[str, Setup], refused: dict[str, str]) -> dict[str, Setup]:
-    """The observers with gains from `imo_analysis.pencils.tune` in place of their own; printed with what they give."""
+    """The observers with gains from `imo_analysis.pencils.pole_rule` in place of their own; printed with what they give."""
     from imo_analysis.commands.output import say
+    from imo_analysis.pencils.pole_rule import tune
     from imo_analysis.pencils.setup import Setup
-    from imo_analysis.pencils.tune import tune
 
     try:
         decay, damping, omega_max = (float(word) for word in args.tune.split(":"))

@@ -14,7 +14,7 @@ from imo_analysis.ledger.expression import Expr, Name, as_expr
 from imo_analysis.ledger.setting import Setting
 from imo_analysis.ledger.settings import errors
 from imo_analysis.pencils.error import frozen_matrix
-from imo_analysis.pencils.tune import achieved
+from imo_analysis.pencils.pole_rule import achieved
 
 GAINS = {"k_1": 300.0, "k_2": 50.0, "k_3": 100.0}
 DECAY, DAMPING, FASTEST, OMEGA = 50.0, 0.5, 1500.0, 150.0

@@ -3,7 +3,7 @@
 The rule is the same for all and favours none: over a whole range of speeds, in both directions, the slowest error shall decay
 as fast as it can, while no pole is faster than a limit that sampling and noise set. The gains that the frozen-speed poles
 depend on are searched for by differential evolution with a fixed seed; a larger decay than the one found is not excluded, but
-the search finds no less than the exact rule of `imo_analysis.pencils.tune` where that applies (a test).
+the search finds no less than the exact rule of `imo_analysis.pencils.pole_rule` where that applies (a test).
 
 For the baseline l_2 and l_4 are zero: constant ones make the two directions of rotation different.
 """

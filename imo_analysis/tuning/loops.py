@@ -2,7 +2,7 @@
 
 With b = beta |phi|, ``omega_n`` is the natural frequency of the speed loop, K_p b^2 = omega_n^2; ``current`` is the decay a of
 the current error that it works through; and the flux errors are fed back with the strength D, in 1/s^2, of which one part is
-constant and one grows with the speed (`imo_analysis.pencils.tune`):
+constant and one grows with the speed (`imo_analysis.pencils.pole_rule`):
 
     repaired        k_1 = a - R_s/sigma                 alpha k_3 = D_0     kappa = D_1             K_p = (omega_n / b)^2
     consistent_12   the same, with k_2 omega^2 in place of kappa |omega|: k_2 = D_1 / (middle of the range of speeds)

@@ -7,7 +7,7 @@ from imo_analysis.cli import main
 from imo_analysis.errors import InputError
 from imo_analysis.machine import preset
 from imo_analysis.pencils.error import OperatingPoint, frozen_pencil, poles_at
-from imo_analysis.pencils.tune import tune
+from imo_analysis.pencils.pole_rule import tune
 
 MACHINE = preset("table-iii-printed-alpha")
 
