@@ -15,7 +15,7 @@ HOUR = 3600.0  # s
 def design_modulation(args: argparse.Namespace) -> int:
     """Design, simulate the design, print both; exit code 1 if the simulation misses the accuracy or a limit."""
     from imo_analysis.commands.output import emit_json, say
-    from imo_analysis.excitation.design import LIMITS, cheapest_by_waveform, design
+    from imo_analysis.excitation.design import FREQUENCIES, LIMITS, cheapest_by_waveform, design
     from imo_analysis.excitation.design_check import plant_of, slowest_rate, verify, wanted_of
     from imo_analysis.study import Study
 
@@ -38,7 +38,7 @@ def design_modulation(args: argparse.Namespace) -> int:
     exact, where = slowest_rate(plant, found, wanted)
     checks = verify(study, found, wanted, observer, [where])
     say(args, f"flux modulated by {100 * found.depth:.3g} % at {found.frequency:.4g} rad/s, a {_words(found.waveform)} of the "
-              f"reference, for observer {observer}:")
+              f"reference, for observer {observer}: the cheapest from {FREQUENCIES[0]:g} to {FREQUENCIES[-1]:g} rad/s")
     say(args, f"  over {_range(wanted.speeds)} rad/s and {_range(wanted.torques)} N m the error of alpha_hat decays as "
               f"exp(-{found.rate:.3g} t), t in s, or faster")
     say(args, f"  on average over the modulation (slowest at {found.slowest[0]:.4g} rad/s, {found.slowest[1]:.3g} N m); by "

@@ -191,15 +191,21 @@ def _summary(
         worst = np.nanmax(np.where(np.isfinite(moving), moving, -np.inf), axis=1)
         at = int(np.argmax(worst))
         unstable[str(label)] = int((worst > 1e-9 * np.nanmax(np.abs(moving))).sum())
-        where = ", ".join(f"{name} = {part[name].values[at]:g}" for name in values)
+        where = ", ".join(_at(part[name], float(part[name].values[at])) for name in values)
         say(args, f"{label}: slowest pole {worst[at]:.4g} /s at {where}; unstable at {unstable[str(label)]} of {len(worst)} "
             f"points; {int(part['neutral'].sum())} poles on the axis by structure")
         there = moving[:, np.isfinite(moving).any(axis=0)]
         if len(values) == 1 and args.cloud is None and np.all(np.isfinite(there)):
             limits[str(label)] = stability_boundaries(setups[str(label)], values, point, kind)
             for value in dict.fromkeys(round(one["value"], 9) for one in limits[str(label)]):
-                say(args, f"  a pole crosses the imaginary axis at {over} = {value:.10g}")
+                say(args, f"  a pole crosses the imaginary axis at {_at(data[over], value, 10)}")
     return {"over": ", ".join(values), "unstable": unstable, "boundaries": limits}
+
+
+def _at(axis: xr.DataArray, value: float, digits: int = 6) -> str:
+    """A swept value with its unit: SI was meant where none was given."""
+    unit = axis.attrs.get("units", "1")
+    return f"{axis.name} = {value:.{digits}g}" + ("" if unit == "1" else f" {unit}")
 
 
 def _map(args: argparse.Namespace, setups: dict[str, Setup], values: dict[str, Any], point: Any, kind: Any) -> dict[str, Any]:
@@ -225,7 +231,7 @@ def _map(args: argparse.Namespace, setups: dict[str, Setup], values: dict[str, A
             continue
         best = decay.fillna(-float("inf")).argmax(...)
         at = decay.isel({str(name): place for name, place in best.items()})
-        where = f"{x_name} = {float(at[x_name]):g}, {y_name} = {float(at[y_name]):g}"
+        where = ", ".join(_at(at[name], float(at[name])) for name in (x_name, y_name))
         if share == 0:
             say(args, f"{label}: no stable point on this map; the least unstable is {where}, "
                 f"with a pole at {-float(at):+.4g} /s")

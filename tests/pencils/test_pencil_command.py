@@ -215,3 +215,11 @@ def test_bad_input_is_one_line_and_code_2(arguments: list[str], message: str, ca
     error = capsys.readouterr().err
     lines = [line for line in error.splitlines() if line.startswith("imo:")]
     assert len(lines) == 1 and message in lines[0], error
+
+
+def test_what_is_swept_is_said_with_its_unit(capsys):
+    """A number without a unit is SI; the answer shows what it was taken for."""
+    assert main(["poles", "--over", "R_r=300:600:3", "--at", "60", "--observer", "baseline"]) == 0
+    assert "at R_r = 300 ohm;" in capsys.readouterr().out
+    assert main(["poles", "--over", "k_2=-20:20:5", "--at", "60", "--observer", "consistent_12"]) == 0
+    assert "crosses the imaginary axis at k_2 = -0.275983333\n" in capsys.readouterr().out

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from imo_analysis.excitation.conditions import CONDITIONS
-from imo_analysis.excitation.design import LIMITS
+from imo_analysis.excitation.design import FREQUENCIES, LIMITS
 from imo_analysis.excitation.published import PUBLISHED, compare
 from imo_analysis.excitation.variations import Variation
 from imo_analysis.paper.statements import ALPHA_FIGURE, ALPHA_FINAL
@@ -177,7 +177,8 @@ def _cure(cured: Modulation | None) -> list[Html]:
 A flux magnitude that swings separates speed and alpha. Asked for: alpha within {wanted.alpha:g} /s and speed within
 {wanted.omega:g} rad/s after {wanted.time:g} s, all over {min(wanted.speeds):g} to {max(wanted.speeds):g} rad/s and
 {min(wanted.torques):g} to {max(wanted.torques):g} N m, with {wanted.noise:g} A of noise on every current sample, within limits
-of flux, torque ripple (half its swing), current and voltage. The cheapest modulation that does it for `{cured.observer}`:
+of flux, torque ripple (half its swing), current and voltage. The cheapest modulation from {FREQUENCIES[0]:g} to
+{FREQUENCIES[-1]:g} rad/s that does it for `{cured.observer}`:
 """
         ),
         answer(
@@ -196,7 +197,7 @@ of flux, torque ripple (half its swing), current and voltage. The cheapest modul
         table(kinds, waveforms, "The cheapest modulation by waveform, as the drive's loops let the flux follow", range(1, 7)),
         *_other_laws(cured),
         *(figure(one.svg, one.caption, one.caption, one.file) for one in (cured.figure,) if one),
-        tag("p", tag("code", "imo excite --design study.toml"), class_="note"),
+        tag("p", tag("code", f"imo excite --design study.toml --limit torque={wanted.torque_limit:g}"), class_="note"),
         *_duty(cured.duty),
     ]
 
