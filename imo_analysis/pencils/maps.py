@@ -31,13 +31,11 @@ def _observers(data: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
 
 def _axis_label(variable: Any) -> str:
     """Words, symbol and unit of a swept quantity."""
-    unit = variable.attrs.get("units", "1")
-    label = f"{variable.attrs.get('long_name', variable.name)} ${variable.attrs.get('latex', variable.name)}$"
-    return label if unit == "1" else f"{label} ({unit})"
+    return f"{variable.attrs.get('long_name', variable.name)} {symbol_and_unit(variable)}"
 
 
-def _quantity(variable: Any) -> str:
-    """Symbol and unit alone."""
+def symbol_and_unit(variable: Any) -> str:
+    """What an axis carries at the least: the symbol of a variable with its unit in brackets."""
     unit = variable.attrs.get("units", "1")
     return f"${variable.attrs.get('latex', variable.name)}$" + ("" if unit == "1" else f" ({unit})")
 
@@ -162,7 +160,7 @@ def plot_plane(
             figure.legend(handles, labels, loc="outside upper left", ncols=2 * columns, frameon=False, title=title or None,
                           alignment="left", columnspacing=1.2)
         if len(values) > 1:
-            figure.colorbar(mapping, ax=axes, label=_quantity(data[over]), shrink=0.85, pad=0.02)
+            figure.colorbar(mapping, ax=axes, label=symbol_and_unit(data[over]), shrink=0.85, pad=0.02)
     return figure
 
 
@@ -230,7 +228,7 @@ def plot_points(data: xr.Dataset, title: str = "") -> Figure:
             ax.set_axis_off()
         for row in axes:
             row[0].set_ylabel("imaginary part (rad/s)")
-        figure.colorbar(points, ax=axes, label=_quantity(data[first]), shrink=0.85, pad=0.02)
+        figure.colorbar(points, ax=axes, label=symbol_and_unit(data[first]), shrink=0.85, pad=0.02)
         ring = Line2D([], [], linestyle="none", marker="o", markersize=4, markerfacecolor="none", markeredgecolor="#1a1a1a")
         if title or unstable:
             figure.legend(*(([ring], ["in the right half plane"]) if unstable else ([], [])), loc="outside upper left",

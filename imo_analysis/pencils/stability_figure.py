@@ -9,6 +9,7 @@ import numpy as np
 
 from imo_analysis.drawing import new_figure, style
 from imo_analysis.errors import InputError
+from imo_analysis.pencils.maps import symbol_and_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -129,6 +130,5 @@ def _key(data: xr.Dataset) -> tuple[list[Any], list[str]]:
 
 def _label(variable: Any, width: int = 60) -> str:
     """Words up to the first comma, in lines of this width, then symbol and unit."""
-    unit = variable.attrs["units"]
     words = "\n".join(wrap(variable.attrs["long_name"].partition(",")[0], width))
-    return f"{words} ${variable.attrs['latex']}$" + ("" if unit == "1" else f" ({unit})")
+    return f"{words} {symbol_and_unit(variable)}"

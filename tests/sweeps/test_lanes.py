@@ -154,7 +154,7 @@ def test_what_a_trace_leaves_out_changes_no_bit():
     """Signs that move outwards, the larger of x and 0, and what occurs twice: exact, so numpy's answer is the definition's."""
     def definition(x, y, a):
         return (-a * x - y * x, -(-a * x), (0.0 - x) * (y - x) - (x - y), abs(-x) + -y, (x - y + abs(x - y)) / 2,
-                (-x + abs(-x)) / 2, x / -y, -x - -y)
+                (-x + abs(-x)) / 2, x / -y, -x - -y, (-x) * (-a), -a / -y)
 
     trace = Trace()
     names = ("x", "y", "a")
