@@ -150,16 +150,6 @@ class InductionMachine(BaseModel):
         """
         return type(self).build({**self.model_dump(), **values}, self.name)
 
-    def with_alpha(self, alpha: float) -> Self:
-        """A copy whose rotor resistance gives this alpha in 1/s.
-
-        Parameters
-        ----------
-        alpha : float
-            In 1/s.
-        """
-        return self.with_values(R_r=alpha * self.L_r)
-
     # Circuit forms -------------------------------------------------------------------------------------------------
     def inverse_gamma(self) -> dict[str, float]:
         """Inverse-Gamma form: all leakage on the stator side. Keys R_s, R_R (ohm), L_sgm, L_M (H)."""

@@ -86,8 +86,3 @@ PARAMETERS: tuple[Parameter, ...] = (
 def printed(name: str) -> Fraction:
     """The exact value of a row of Table III by our name."""
     return Fraction(next(row.value for row in PARAMETERS if row.name == name))
-
-
-def half_a_digit(text: str) -> Fraction:
-    """Half a unit of the last printed digit: the number behind ``text`` lies within this of it."""
-    return Fraction(1, 2 * 10 ** len(text.partition(".")[2]))

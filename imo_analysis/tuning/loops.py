@@ -14,7 +14,6 @@ constant and one grows with the speed (`imo_analysis.pencils.pole_rule`):
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -78,18 +77,3 @@ def gains_of(machine: InductionMachine, kind: str, flux: float, loops: Loops, mi
         return {"k": loops.current / (machine.gamma + machine.alpha), "h": speed}
     z = {"k_2": loops.rising / middle} if kind == "consistent_12" else {"kappa": loops.rising}
     return {"k_1": feedback, **z, "k_3": loops.constant / machine.alpha, "K_p": speed}
-
-
-def loops_of(machine: InductionMachine, kind: str, flux: float, gains: Mapping[str, float], middle: float) -> Loops:
-    """The loops that gains make: the inverse of `gains_of`. What the scheduled baseline's do to the flux is left at zero."""
-    speed = gains["h" if "h" in gains else "K_p"]
-    omega_n = machine.beta * flux * speed**0.5
-    if kind == "baseline_scheduled":
-        return Loops(omega_n, gains["k"] * (machine.gamma + machine.alpha), 0.0, 0.0)
-    feedback = gains["l_1" if kind == "baseline" else "k_1"]
-    current = feedback + least_current(machine, kind)
-    if kind == "baseline":
-        strength = machine.R_s / machine.sigma + feedback + machine.beta * gains["l_3"]
-        return Loops(omega_n, current, machine.alpha * strength, 0.0)
-    rising = gains["k_2"] * middle if kind == "consistent_12" else gains["kappa"]
-    return Loops(omega_n, current, machine.alpha * gains["k_3"], rising)

@@ -13,7 +13,7 @@ from imo_analysis.simulation.run import simulate
 from imo_analysis.simulation.summary import summary
 from imo_analysis.study import Study
 from imo_analysis.tuning.check import rule_check
-from imo_analysis.tuning.loops import TUNABLE, gains_of, least_current, loops_of
+from imo_analysis.tuning.loops import TUNABLE, Loops, gains_of, least_current
 from imo_analysis.tuning.rated import Rated, typical_flux
 from imo_analysis.tuning.rule import Times, rule_gains, rule_loops, rule_noise
 from imo_analysis.tuning.start import study_text
@@ -54,6 +54,21 @@ def test_a_machine_that_is_quicker_than_wished_keeps_the_damping():
         loops = rule_loops(OTHERS["1 kW"], kind, slow)
         assert loops.current >= least_current(OTHERS["1 kW"], kind) and loops.current == pytest.approx(1.4 * loops.omega_n)
     assert rule_loops(OTHERS["1 kW"], "quiet", slow).current == least_current(OTHERS["1 kW"], "quiet")
+
+
+def loops_of(machine, kind, flux, gains, middle):
+    """The loops that gains make: the inverse of `gains_of`. What the scheduled baseline's do to the flux is left at zero."""
+    speed = gains["h" if "h" in gains else "K_p"]
+    omega_n = machine.beta * flux * speed**0.5
+    if kind == "baseline_scheduled":
+        return Loops(omega_n, gains["k"] * (machine.gamma + machine.alpha), 0.0, 0.0)
+    feedback = gains["l_1" if kind == "baseline" else "k_1"]
+    current = feedback + least_current(machine, kind)
+    if kind == "baseline":
+        strength = machine.R_s / machine.sigma + feedback + machine.beta * gains["l_3"]
+        return Loops(omega_n, current, machine.alpha * strength, 0.0)
+    rising = gains["k_2"] * middle if kind == "consistent_12" else gains["kappa"]
+    return Loops(omega_n, current, machine.alpha * gains["k_3"], rising)
 
 
 @pytest.mark.parametrize("kind", TUNABLE)
