@@ -26,21 +26,21 @@ EXAMPLE = """imo poles --omega 30,60,100 --observer all
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument("study", nargs="?", metavar="STUDY.toml",
-                        help="study with machine, observers, gains; the paper's where left out")
-    parser.add_argument("--omega", metavar="LIST", help="speeds in rad/s, such as 30,60,100; the study's where left out")
+                        help="machine, observers, gains; the paper's if left out")
+    parser.add_argument("--omega", metavar="LIST", help="speeds in rad/s: 30,60,100; else the study's")
     parser.add_argument("--over", metavar="NAME=A:B:COUNT", action="append",
                         help="sweep omega, a gain, R_r, R_r_error, alpha, ...; twice for a map; SI or with units")
     parser.add_argument("--cloud", metavar="COUNT[:SEED]", help="random points, evenly within each --over NAME=A:B")
     parser.add_argument("--at", metavar="OMEGA", type=float, help="speed in rad/s where it is not swept")
     parser.add_argument("--full", metavar="SLIP", type=float,
-                        help="with the adaptation of speed and alpha, in steady running at this slip in rad/s")
+                        help="with the adaptation, running at this slip in rad/s")
     parser.add_argument("--observer", metavar="NAME", nargs="+", action="extend",
-                        help="observers of the study or the catalogue, or all; the study's where left out")
+                        help="of study or catalogue, or all; else the study's")
     parser.add_argument("--machine", metavar="FILE", help="machine file or preset in place of the study's machine")
     parser.add_argument("--tune", metavar="D:Z:W",
                         help="gains for decay D (1/s) and damping Z up to speed W (rad/s), both ways")
     parser.add_argument("--plot", metavar="SVG", help="draw the poles against what is swept")
-    parser.add_argument("--map", metavar="SVG", help="draw their paths in the s-plane; of two parameters, the stability map")
+    parser.add_argument("--map", metavar="SVG", help="their paths in the s-plane, or the stability map")
     parser.add_argument("--show", metavar="WHAT", default="decay", help="on a map: decay, damping or settling_time (decay)")
     parser.add_argument("--out", metavar="FILE", help="write the sweep, .nc or .csv")
 

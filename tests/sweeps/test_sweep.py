@@ -1,6 +1,8 @@
 """Sweeps: what is drawn, what is refused, what comes out, and that killing and resuming change nothing."""
 
+import io
 import json
+import sys
 
 import numpy as np
 import pytest
@@ -276,7 +278,17 @@ def test_json_and_text(file, capsys):
     result = json.loads(captured.out)
     assert result["schema"] == "imo-sweep/1" and result["runs"] == 40 and set(result["observers"]) == {"repaired", "baseline"}
     assert 0 <= result["observers"]["repaired"]["holds"] <= 1
-    assert "run/s" in captured.err  # the progress bar, with its rate
+    assert "run/s" not in captured.err  # no progress bar into a pipe
+
+
+def test_a_terminal_gets_a_progress_bar_with_its_rate(file, monkeypatch):
+    class Terminal(io.StringIO):
+        def isatty(self):
+            return True
+
+    monkeypatch.setattr(sys, "stderr", terminal := Terminal())
+    assert cli.main(["sweep", "study.toml"]) == 0
+    assert "40/40" in terminal.getvalue() and "run/s" in terminal.getvalue()
 
 
 @pytest.mark.parametrize(("words", "text"), [
