@@ -3,18 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import math
 from typing import TYPE_CHECKING, Any
 
+from imo_analysis.commands.poles_input import FASTEST, chosen, left, numbers, wanted
 from imo_analysis.errors import InputError
 
 if TYPE_CHECKING:
     from imo_analysis.pencils.setup import Setup
-
-# Faster than any machine turns, in rad/s; far above it the squares of a pencil overflow.
-FASTEST = 1e6
-# Beyond any gain or parameter, in SI units; far above it rounding is larger than the slow poles.
-LARGEST = 1e9
 
 DESCRIPTION = "Poles of the observers' error dynamics at frozen speed, beside the paper's Table II, or over a sweep."
 EXAMPLE = """imo poles --omega 30,60,100 --observer all
@@ -59,14 +54,14 @@ def run(args: argparse.Namespace) -> int:
     if args.full is not None and not abs(args.full) <= FASTEST:
         raise InputError(f"--full {args.full:g} must be a slip within +-{FASTEST:g} rad/s")
     check_places(args, "out", "plot", "map")
-    speeds = _numbers(args.omega) if args.omega is not None else None
+    speeds = numbers(args.omega) if args.omega is not None else None
 
-    from imo_analysis.commands.poles_sweep import sweep, wanted
+    from imo_analysis.commands.poles_sweep import sweep
     from imo_analysis.study import Study
 
     over = wanted(args)
     study = Study.load(args.study) if args.study else Study.paper()
-    setups, refused = _chosen(study, args)
+    setups, refused = chosen(study, args)
     if args.tune is not None:
         setups = _tuned(args, setups, refused)
     result: dict[str, Any] = {
@@ -82,74 +77,6 @@ def run(args: argparse.Namespace) -> int:
         say(args, f"left out {label}: {reason}")
     emit_json(args, schema="imo-poles/1", data=result)
     return 0
-
-
-def left(setups: dict[str, Setup], refused: dict[str, str], check: Any) -> dict[str, Setup]:
-    """The observers for which ``check`` raises no `InputError`; the others are noted with its text, or all refused with it."""
-    kept = {}
-    for label, setup in setups.items():
-        try:
-            check(label, setup)
-        except InputError as error:
-            refused[label] = str(error)
-        else:
-            kept[label] = setup
-    if not kept:
-        raise InputError(next(iter(refused.values())))
-    return kept
-
-
-def _numbers(text: str) -> list[float]:
-    try:
-        values = [float(word) for word in text.split(",")] if text.strip() else []
-    except ValueError:
-        raise InputError(f"--omega {text} must be numbers with commas between, in rad/s: 30,60,100") from None
-    if not values:
-        raise InputError("--omega is empty; give at least one speed in rad/s")
-    if not all(math.isfinite(value) for value in values):
-        raise InputError(f"--omega {text} must be finite, in rad/s")
-    if max(map(abs, values)) > FASTEST:
-        raise InputError(f"--omega {text} must lie within +-{FASTEST:g} rad/s")
-    return values
-
-
-def _chosen(study: Any, args: argparse.Namespace) -> tuple[dict[str, Setup], dict[str, str]]:
-    """Every observer that is asked for, by label; and with ``all`` the reasons why others cannot be had."""
-    from imo_analysis.equations.catalogue import OBSERVERS
-    from imo_analysis.machine import PRESETS, InductionMachine
-    from imo_analysis.pencils.jacobian import jacobian
-    from imo_analysis.pencils.setup import Setup
-
-    other = None
-    if args.machine:
-        other = PRESETS[args.machine] if args.machine in PRESETS else InductionMachine.load(args.machine)
-    every = args.observer == ["all"]
-    if args.observer and "all" in args.observer and not every:
-        raise InputError("--observer all stands alone; leave the other names out")
-    setups: dict[str, Setup] = {}
-    refused: dict[str, str] = {}
-    for label in dict.fromkeys([*study.observers, *OBSERVERS]) if every else args.observer or study.observers:
-        if label in study.observers:
-            settings = study.observers[label]
-            setups[label] = Setup(settings.kind, other or study.observer_machine(label), settings.gains)
-        elif label in OBSERVERS:
-            gains = OBSERVERS[label].gains
-            needed = jacobian(label).arguments  # what only the adaptation uses may be missing
-            if missing := [gain for gain in gains if gain in needed and gain not in study.known_gains]:
-                reason = (f"observer = {label!r} is not in the study, and no observer there has its gains "
-                          f"{', '.join(missing)}; add [observers.{label}] to the study")
-                if not every:
-                    raise InputError(reason)
-                refused[label] = reason
-            else:
-                setups[label] = Setup(label, other or study.machine, {gain: study.known_gains[gain] for gain in gains
-                                                                 if gain in study.known_gains})
-        else:
-            known = ", ".join(dict.fromkeys([*study.observers, *OBSERVERS]))
-            raise InputError(f"observer = {label!r} is not known; choose from: {known}")
-    if not setups:
-        raise InputError("the study has no observers; name one with --observer")
-    return setups, refused
 
 
 def _tuned(args: argparse.Namespace, setups: dict[str, Setup], refused: dict[str, str]) -> dict[str, Setup]:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import argparse
-import math
 from typing import TYPE_CHECKING, Any
 
+from imo_analysis.commands.poles_input import FASTEST, left
 from imo_analysis.errors import InputError
 
 if TYPE_CHECKING:
@@ -15,76 +15,11 @@ if TYPE_CHECKING:
     from imo_analysis.study import Study
 
 
-def wanted(args: argparse.Namespace) -> dict[str, tuple[float, float, int | None]] | None:
-    """What ``--over`` asks for, by name: both ends, and how many points; None where nothing is swept."""
-    if args.show != "decay" and not args.map:
-        raise InputError(f"--show {args.show} says what --map draws; add --map FILE.svg")
-    if args.over is None:
-        if args.cloud is not None:
-            raise InputError(f"--cloud {args.cloud} needs ranges: --over NAME=A:B")
-        if args.at is not None:
-            raise InputError(f"--at {args.at:g} is the speed of a sweep over something else; for single speeds use --omega")
-        return {} if any((args.plot, args.map, args.out)) else None
-    over: dict[str, tuple[float, float, int | None]] = {}
-    for text in args.over:
-        name, sign, range_ = text.rpartition("=")
-        if not sign:
-            raise InputError(f"--over {text} must be NAME=START:STOP:COUNT, such as omega=-150:150:301")
-        name = name.strip()
-        if name in over:
-            raise InputError(f"--over {name} is given twice; choose two parameters that differ")
-        over[name] = _range(name, range_, args.cloud is not None)
-    return over
-
-
-def _range(name: str, text: str, cloud: bool) -> tuple[float, float, int | None]:
-    """Both ends, in SI units, and the count."""
-    from imo_analysis.commands.poles import FASTEST, LARGEST
-    from imo_analysis.pencils.sweep import described
-    from imo_analysis.quantity import si_value
-
-    words = [word.strip() for word in text.split(":")]
-    form = "START:STOP" if cloud else "START:STOP:COUNT"
-    if len(words) != (2 if cloud else 3):
-        raise InputError(f"--over {name}={text} must be NAME={form}" + (" with --cloud" if cloud else ""))
-    unit = described(name)["units"]
-    ends = []
-    for word in words[:2]:
-        try:
-            ends.append(float(word))
-        except ValueError:
-            ends.append(si_value(word, unit, f"--over {name}"))
-    bare = [_is_number(word) for word in words[:2]]
-    if bare[0] != bare[1]:
-        raise InputError(f"--over {name}={text}: {words[bare.index(True)]} has no unit and {words[bare.index(False)]} has one; "
-                         f"give both ends one, or neither for {unit}")
-    if not all(map(math.isfinite, ends)):
-        raise InputError(f"--over {name}={text} must have finite ends")
-    limit = FASTEST if unit == "rad/s" else LARGEST
-    if max(map(abs, ends)) > limit:
-        raise InputError(f"--over {name}={text} must lie within +-{limit:g}" + ("" if unit == "1" else f" {unit}"))
-    if cloud:
-        return ends[0], ends[1], None
-    try:
-        return ends[0], ends[1], int(words[2])
-    except ValueError:
-        raise InputError(f"--over {name}={text} must be NAME={form} with a whole number of points") from None
-
-
-def _is_number(word: str) -> bool:
-    try:
-        float(word)
-    except ValueError:
-        return False
-    return True
-
-
 def sweep(
     args: argparse.Namespace, study: Study, setups: dict[str, Setup], refused: dict[str, str],
     over: dict[str, tuple[float, float, int | None]],
 ) -> dict[str, Any]:
     """Sweep, say what was found, draw and write; what goes into the JSON, under ``sweep`` or ``map``."""
-    from imo_analysis.commands.poles import FASTEST, left
     from imo_analysis.pencils.error import OperatingPoint
     from imo_analysis.pencils.sweep import ERROR, SweptKind, axes, evaluator
 
