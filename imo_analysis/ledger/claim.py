@@ -253,9 +253,9 @@ class Entry:
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data for JSON (`imo-ledger/1`), with every formula as text and as LaTeX."""
+        from imo_analysis.ledger.difference import difference
         from imo_analysis.ledger.expression import parse_relation
         from imo_analysis.ledger.latex import relation_latex
-        from imo_analysis.ledger.show import difference
 
         claim = self.claim
 

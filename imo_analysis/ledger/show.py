@@ -2,33 +2,16 @@
 
 from __future__ import annotations
 
-import difflib
-import re
 import shutil
 import textwrap
 from collections import Counter
 from collections.abc import Sequence
 
 from imo_analysis.ledger.claim import Entry, Finding, Verdict
+from imo_analysis.ledger.difference import difference
 from imo_analysis.ledger.expression import parse_relation
 
-_TOKEN = re.compile(r"\w+|\*\*|<=|>=|!=|\S|\s+")
 MARKS = {Verdict.HOLDS: "+", Verdict.CORRECTED: "~", Verdict.FAILS: "x", Verdict.OPEN: "?", None: "!"}
-
-
-def difference(printed: str, corrected: str) -> list[tuple[str, str]]:
-    """The edit from one formula to another: pieces with ``=`` (in both), ``-`` (printed only), ``+`` (corrected only)."""
-    old, new = _TOKEN.findall(printed), _TOKEN.findall(corrected)
-    pieces: list[tuple[str, str]] = []
-    for tag, a, b, c, d in difflib.SequenceMatcher(None, old, new, autojunk=False).get_opcodes():
-        if tag == "equal":
-            pieces.append(("=", "".join(old[a:b])))
-            continue
-        if b > a:
-            pieces.append(("-", "".join(old[a:b])))
-        if d > c:
-            pieces.append(("+", "".join(new[c:d])))
-    return pieces
 
 
 def counts(entries: Sequence[Entry]) -> dict[str, int]:
