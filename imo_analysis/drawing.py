@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, ParamSpec, TypeVar
 
-from imo_analysis.svg import tidied
+from imo_analysis.svg import standalone, tidied
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -183,7 +183,7 @@ def legend_above(axes: Axes, **kwargs: Any) -> None:
 
 
 def svg_text(figure: Figure) -> str:
-    """The figure as SVG text, the same bytes for the same data: no date, a fixed salt for the ids."""
+    """The figure as SVG text, the same bytes for the same data: no date, a fixed salt for the ids; a page brings its font."""
     buffer = io.StringIO()
     with style():
         engine = figure.get_layout_engine()
@@ -203,7 +203,7 @@ def rasterized(figure: Figure) -> Figure:
 
 
 def save_svg(figure: Figure, path: str | Path) -> None:
-    """Write the figure as SVG, whole or not at all.
+    """Write the figure as SVG with its letters inside, whole or not at all.
 
     Parameters
     ----------
@@ -219,4 +219,4 @@ def save_svg(figure: Figure, path: str | Path) -> None:
     """
     from imo_analysis.files import write_text
 
-    write_text(path, svg_text(figure))
+    write_text(path, standalone(svg_text(figure)))

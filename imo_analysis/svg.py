@@ -1,18 +1,21 @@
 """Matplotlib's SVG made small, steady and readable: text stays text, in reading order, and its letters are those of STIX.
 
-`tidied` is for a file of its own; `inside_page` makes the same figure part of an HTML page, which brings the font along.
+`tidied` does that; `standalone` gives a file of its own the letters to be read with, for they are placed by the widths of STIX;
+`inside_page` makes the same figure part of an HTML page, which brings a font along.
 """
 
 from __future__ import annotations
 
+import base64
 import functools
 import html
 import re
 import unicodedata
 from collections.abc import Iterator
 from itertools import pairwise
+from pathlib import Path
 
-# Where STIX is not installed, the faces of Times have its widths.
+# Where a reader takes no fonts from the file and STIX is not installed, the faces of Times have its widths.
 FONTS = "STIXGeneral,STIX,'STIX Two Text','Times New Roman',Times,'Liberation Serif',serif"
 
 _NUMBERS = re.compile(r'\b(?:d|x|y|points|transform)="[^"]*"')
@@ -116,6 +119,30 @@ def _middle(mark: str) -> float:
     font.set_size(100.0, 72.0)
     box = font.load_char(ord(mark), flags=LoadFlags.NO_HINTING).bbox
     return (box[0] + box[2]) / 2 / 64 / 100
+
+
+def standalone(svg: str) -> str:
+    """The figure with its letters inside, upright and italic, so that it looks the same where no STIX is installed.
+
+    Parameters
+    ----------
+    svg : str
+        From `tidied`.
+    """
+    rules = font_rule("Imo Figure", "figure.woff2")
+    if "font-style: italic" in svg:
+        rules += font_rule("Imo Figure", "figure-italic.woff2", "italic")
+    end = svg.index(">") + 1
+    opening = svg[:end].replace(f'font-family="{FONTS}"', f'font-family="\'Imo Figure\',{FONTS}"')
+    return f"{opening}<style>{rules}</style>{svg[end:]}"
+
+
+@functools.lru_cache(maxsize=4)
+def font_rule(family: str, file: str, style: str = "normal") -> str:
+    """The CSS rule that carries a font of ``imo_analysis/fonts`` inside a page or a figure."""
+    data = base64.b64encode((Path(__file__).parent / "fonts" / file).read_bytes()).decode()
+    slanted = "" if style == "normal" else f"font-style:{style};"
+    return f'@font-face{{font-family:"{family}";{slanted}src:url(data:font/woff2;base64,{data}) format("woff2")}}'
 
 
 def inside_page(svg: str, name: str, said: str) -> str:

@@ -1,11 +1,15 @@
 """The house style: lines that can be told apart by any eye and in grey, figures of the same bytes, text that stays text."""
 
+import base64
+import io
 import itertools
 import re
 import xml.etree.ElementTree as ET
+from pathlib import Path
 
 import numpy as np
 import pytest
+from fontTools.ttLib import TTFont
 from numpy.typing import NDArray
 
 from imo_analysis.drawing import (
@@ -18,13 +22,14 @@ from imo_analysis.drawing import (
     line,
     named,
     new_figure,
+    save_svg,
     sized,
     style,
     svg_text,
 )
 from imo_analysis.equations.catalogue import OBSERVERS
 from imo_analysis.study import Study
-from imo_analysis.svg import inside_page, italic
+from imo_analysis.svg import inside_page, italic, standalone
 
 Array = NDArray[np.float64]
 
@@ -139,6 +144,42 @@ def test_inside_a_page() -> None:
     assert "\U0001d6fc" in inside and "xmlns" not in inside
     ET.fromstring(inside)
     assert italic("hω<") == "\u210e\U0001d714&lt;"
+
+
+def fonts_inside(svg: str) -> dict[str, TTFont]:
+    """The fonts of a figure that is a file of its own, by style."""
+    rules = re.findall(r'{font-family:"Imo Figure";(?:font-style:(\w+);)?src:url\(data:font/woff2;base64,([^)]*)\)', svg)
+    return {style or "normal": TTFont(io.BytesIO(base64.b64decode(data))) for style, data in rules}
+
+
+def test_a_file_of_its_own_brings_its_letters(tmp_path: Path) -> None:
+    figure, axes = new_figure()
+    with style():
+        axes.set(xlabel=r"electrical speed $\hat{\omega}$ (rad/s)", ylabel="−10² ≤ x·y")
+    save_svg(figure, tmp_path / "a.svg")
+    svg = (tmp_path / "a.svg").read_text(encoding="utf-8")
+    assert svg == standalone(svg_text(figure))
+    fonts = fonts_inside(svg)
+    assert list(fonts) == ["normal", "italic"] and "font-family=\"'Imo Figure',STIXGeneral" in svg
+    for text in ET.fromstring(svg).iter():
+        if text.tag.endswith(("}text", "}tspan")) and text.text and text.text.strip():
+            font = fonts["italic" if "italic" in text.get("style", "") else "normal"]
+            assert {ord(letter) for letter in text.text} <= {*font.getBestCmap(), 0x0A}, text.text
+    plain = fonts_inside(standalone(drawn().replace("font-style: italic", "")))
+    assert list(plain) == ["normal"], "no font that nothing uses"
+
+
+@pytest.mark.parametrize(("style_", "file"), [("normal", "STIXGeneral.ttf"), ("italic", "STIXGeneralItalic.ttf")])
+def test_its_letters_are_as_wide_as_those_that_they_were_placed_by(style_: str, file: str) -> None:
+    from matplotlib import get_data_path
+
+    ours, theirs = fonts_inside(standalone(drawn()))[style_], TTFont(f"{get_data_path()}/fonts/ttf/{file}")
+    known = theirs.getBestCmap()
+    same = [code for code in ours.getBestCmap() if code in known]
+    assert len(same) > 100
+    for code in same:
+        width, wanted = (font["hmtx"][font.getBestCmap()[code]][0] / font["head"].unitsPerEm for font in (ours, theirs))
+        assert width == pytest.approx(wanted, abs=0.003), chr(code)
 
 
 def test_sizes() -> None:

@@ -6,13 +6,13 @@ aligned rows) is put right before and after it.
 
 from __future__ import annotations
 
-import base64
 import html
 import re
 import xml.etree.ElementTree as ET
 from difflib import SequenceMatcher
 from functools import lru_cache
-from pathlib import Path
+
+from imo_analysis.svg import font_rule
 
 _SPACE = "http://www.w3.org/1998/Math/MathML"
 ET.register_namespace("", _SPACE)
@@ -134,11 +134,9 @@ def _signs(node: ET.Element) -> None:
         before = child
 
 
-@lru_cache(maxsize=1)
 def font_face() -> str:
     """The CSS rule that carries the math font inside the page."""
-    data = base64.b64encode((Path(__file__).parent / "fonts" / "math.woff2").read_bytes()).decode()
-    return f'@font-face{{font-family:"Imo Math";src:url(data:font/woff2;base64,{data}) format("woff2")}}'
+    return font_rule("Imo Math", "math.woff2")
 
 
 # Differences --------------------------------------------------------------------------------------------------------

@@ -183,12 +183,13 @@ def _figures() -> Any:
 def keep(folder: Path, name: str, figure: Figure, caption: str) -> Drawn:
     """Write a figure to ``folder``/figures, where there is that folder, and keep its text for the page."""
     from imo_analysis.drawing import svg_text
+    from imo_analysis.svg import standalone
 
     text = svg_text(figure)
     if not (folder / "figures").is_dir():
         return Drawn(text, caption, "")
     place = f"figures/{name}.svg"
-    (folder / place).write_text(text, encoding="utf-8")
+    (folder / place).write_text(standalone(text), encoding="utf-8")
     return Drawn(text, caption, place)
 
 

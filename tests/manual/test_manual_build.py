@@ -120,7 +120,7 @@ def test_all_is_there(texts: dict[str, str]) -> None:
 def test_formulas_are_mathml_in_the_font_s_letters(texts: dict[str, str]) -> None:
     from fontTools.ttLib import TTFont
 
-    font = TTFont(TOP / "imo_analysis" / "report" / "fonts" / "math.woff2").getBestCmap()
+    font = TTFont(TOP / "imo_analysis" / "fonts" / "math.woff2").getBestCmap()
     formulas_ = [formula for text in texts.values() for formula in re.findall(r"<math.*?</math>", text, re.DOTALL)]
     assert len(formulas_) > 250
     for name, text in texts.items():

@@ -8,8 +8,10 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import pytest
+from fontTools.ttLib import TTFont
 from short_dossier import short_dossier_study
 
+import imo_analysis
 from imo_analysis.cli import main
 from imo_analysis.errors import InputError
 from imo_analysis.ledger.book import claims
@@ -51,6 +53,21 @@ def read(text: str) -> Reader:
     reader.feed(text)
     reader.close()
     return reader
+
+
+def test_every_figure_file_brings_its_letters(folder: Path) -> None:
+    fonts = Path(imo_analysis.__file__).parent / "fonts"
+    known = {style: {*TTFont(fonts / file).getBestCmap(), 0x0A}
+             for style, file in (("normal", "figure.woff2"), ("italic", "figure-italic.woff2"))}
+    files = list((folder / "figures").glob("*.svg"))
+    assert len(files) > 10
+    for file in files:
+        svg = ET.parse(file).getroot()
+        assert "@font-face" in (svg.findtext("{*}style") or ""), file.name
+        for text in svg.iter():
+            if text.tag.endswith(("}text", "}tspan")) and text.text:
+                style = "italic" if "italic" in text.get("style", "") else "normal"
+                assert {ord(letter) for letter in text.text} <= known[style], (file.name, text.text)
 
 
 def test_the_page_is_well_formed(text: str) -> None:
