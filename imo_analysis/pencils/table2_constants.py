@@ -58,8 +58,7 @@ def inequalities() -> tuple[Row, ...]:
                 half = Interval.printed(re).high - x
                 k_re, k_im = 2 * x + a_0, 2 * y - omega
                 size = k_re * k_re + k_im * k_im
-                longest = 2 * half  # above |delta|, which is at most sqrt(2) half
-                remainder = (longest * longest + a_half * longest) / max(abs(k_re), abs(k_im))
+                remainder = _remainder(half, a_half, (k_re, k_im))
                 # F(m) = constant + a m + b - j c omega + d f, as coefficients of (a, b, c, d, 1), real and imaginary
                 real = (x, Fraction(1), Fraction(0), f, x * x - y * y + omega * y)
                 imag = (y, Fraction(0), Fraction(-omega), Fraction(0), 2 * x * y - omega * x)
@@ -71,6 +70,12 @@ def inequalities() -> tuple[Row, ...]:
                     rows.append(((one, two, three, four), half + remainder - constant))
                     rows.append(((-one, -two, -three, -four), half + remainder + constant))
     return tuple(rows)
+
+
+def _remainder(half: Fraction, a_half: Fraction, K: tuple[Fraction, Fraction]) -> Fraction:
+    """Above ``abs((delta^2 + (a - a_0) delta) / K)`` for every delta within the rounding and every a that fits."""
+    longest = 2 * half  # above |delta|, which is at most sqrt(2) half
+    return (longest * longest + a_half * longest) / max(abs(K[0]), abs(K[1]))
 
 
 def upper_bound(objective: tuple[int, int, int, int]) -> tuple[Fraction, tuple[float, ...]]:

@@ -80,6 +80,45 @@ def test_outer_bounds_hold_for_every_fitting_quadratic_that_a_random_search_find
     assert fitting > 3
 
 
+def least_slack() -> Fraction:
+    """How close an inequality comes to being broken by a quadratic whose root is in a corner of its printed digits' box.
+
+    Each quadratic is made for its root in rational numbers, so that nothing of the certificate is used: a and d are chosen,
+    and b and c follow from the root.
+    """
+    rows, slack = iter(table2_constants.inequalities()), []
+    a_range, d = table2_fit.sum_interval(), WITNESS[3]
+    for column in COLUMNS:
+        for omega, pair in PRINTED[column].items():
+            for re, im in pair:
+                four = [next(rows) for _ in range(4)]
+                digits = [Interval.printed(part) for part in (re, im)]
+                for a in (a_range.low, a_range.high):
+                    for x in (digits[0].low, digits[0].high):
+                        for y in (digits[1].low, digits[1].high):
+                            # s^2 + (a - j omega) s + b - j c omega + d f = 0 at s = x + j y, real and imaginary part
+                            b = -(x * x - y * y + a * x + omega * y + d * table2_fit.scheduled(column, omega))
+                            c = (2 * x * y + a * y - omega * x) / omega
+                            slack += [bound - sum(k * v for k, v in zip(row, (a, b, c, d), strict=True)) for row, bound in four]
+    assert next(rows, None) is None
+    return min(slack)
+
+
+def test_the_inequalities_hold_at_the_corners_of_the_digits_and_need_their_remainder(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The certificate's remainder: what the linear part alone leaves out breaks an inequality, and with it none breaks."""
+    try:
+        table2_constants.inequalities.cache_clear()
+        assert least_slack() >= 0
+        whole = table2_constants._remainder
+        for share in (0, Fraction(1, 4)):
+            monkeypatch.setattr(table2_constants, "_remainder", lambda *at, share=share: share * whole(*at))
+            table2_constants.inequalities.cache_clear()
+            assert least_slack() < 0, share
+    finally:
+        monkeypatch.undo()
+        table2_constants.inequalities.cache_clear()
+
+
 def test_every_printed_form_is_refuted_for_both_columns() -> None:
     found = table2_proofs.refutations()
     assert len(found) == 32
