@@ -102,6 +102,8 @@ def plot_plane(
 ) -> Figure:
     """Paths of the poles in the s-plane, a panel an observer, coloured by the swept parameter, arrows towards its rise.
 
+    Where the slow poles would be one spot beside the fast ones, a window shows them larger.
+
     Parameters
     ----------
     data : xarray.Dataset
@@ -147,6 +149,7 @@ def plot_plane(
             ax.margins(0.08)
             if contours:
                 _contours(ax, contours)
+            _window(ax, part, values, mapping, marks, contours)
         for ax in axes.flat[len(observers):]:
             ax.set_axis_off()
         for row in axes:
@@ -162,6 +165,51 @@ def plot_plane(
         if len(values) > 1:
             figure.colorbar(mapping, ax=axes, label=symbol_and_unit(data[over]), shrink=0.85, pad=0.02)
     return figure
+
+
+_SPOT = (0.12, 0.15)  # shares of a panel's width and height: poles within are one spot to the eye
+_WINDOW = (0.44, 0.36)  # width and height of the window on them
+_AROUND = (0.16, 0.11, 0.02, 0.03)  # what its labels need to the left and below, and air to the right and above
+
+
+def _window(ax: Axes, part: xr.Dataset, values: np.ndarray, mapping: Any, marks: Any, contours: str) -> None:
+    """A window on the poles next to the origin where they are one spot in the panel, in a place that no path touches."""
+    whole = part.where(~part["neutral"], drop=True) if "neutral" in part.coords else part
+    whole = whole.dropna("branch")
+    size = np.abs(whole["re"].values + 1j * whole["im"].values).max(axis=0, initial=0.0)
+    slow = whole.isel(branch=np.flatnonzero(size < 0.15 * size.max(initial=0.0)))
+    limits = np.array([ax.get_xlim(), ax.get_ylim()])
+
+    def shares(data: xr.Dataset) -> np.ndarray:
+        points = np.stack([data["re"].values.ravel(), data["im"].values.ravel()])
+        return (points - limits[:, :1]) / np.diff(limits)
+
+    if slow.sizes["branch"] == 0 or np.any(np.ptp(shares(slow), axis=-1) > _SPOT):
+        return
+    points = shares(whole)
+    for y in (0.58, 0.34, 0.14):
+        for x in (0.3, 0.18, 0.5):
+            inside = ((points[0] > x - _AROUND[0]) & (points[0] < x + _WINDOW[0] + _AROUND[2])
+                      & (points[1] > y - _AROUND[1]) & (points[1] < y + _WINDOW[1] + _AROUND[3]))
+            if not inside.any():
+                break
+        else:
+            continue
+        break
+    else:
+        return
+    window = ax.inset_axes((x, y, *_WINDOW))
+    for branch in slow["branch"].values:
+        _path(window, slow.sel(branch=branch), values, mapping, marks)
+    window.axvline(0.0, color=LIMIT.color, linewidth=0.8)
+    window.margins(0.12)
+    window.tick_params(labelsize=7)
+    window.locator_params(nbins=4)
+    for side in ("top", "right"):
+        window.spines[side].set_visible(True)
+    if contours == "settling_time":  # the rays of damping crowd here
+        _contours(window, contours)
+    ax.indicate_inset_zoom(window, edgecolor=LIMIT.color, linewidth=0.6)
 
 
 def _contours(ax: Axes, quantity: str) -> None:

@@ -109,7 +109,8 @@ def test_map_over_two_parameters_and_its_contours(tmp_path: Path, capsys: pytest
 
 def test_a_map_with_no_stable_point_says_so(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["poles", "--over", "omega=20:60:5", "--over", "k_2=20:60:5", "--observer", "printed_L"]) == 0
-    assert "printed_L: no stable point on this map; the least unstable is omega = 20 rad/s, k_2 = 20, with" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "printed_L: no stable point on this map; the least unstable is omega = 20 rad/s, k_2 = 20, with" in said
 
 
 def test_cloud_and_units(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -179,6 +179,24 @@ def test_pictures_of_a_sweep_and_of_a_cloud() -> None:
         pole_sweep(SETUP, {"omega": omega, "R_r": [0.3, 0.4, 0.5]}, cloud=True)
 
 
+def test_slow_poles_that_are_one_spot_are_shown_in_a_window() -> None:
+    """Of the repaired observer with a small kappa; not of one whose slow poles are as long a path as its fast ones."""
+    omega = np.linspace(10.0, 100.0, 19)
+    repaired = Setup("repaired", MACHINE, {"k_1": 300.0, "kappa": 50.0, "k_3": 100.0})
+    found = pole_sweep(repaired, {"omega": omega})
+    ax = found.plot(contours="settling_time").axes[0]
+    (window,) = ax.child_axes
+    roots = (found.data["re"] + 1j * found.data["im"]).where(~found.data["neutral"], drop=True).values
+    slow = roots[:, np.abs(roots).max(axis=0) < 0.15 * np.abs(roots).max()]
+    assert slow.shape == (19, 2)
+    (x_0, x_1), (y_0, y_1) = window.get_xlim(), window.get_ylim()
+    assert x_0 < slow.real.min() and slow.real.max() < x_1 and y_0 < slow.imag.min() and slow.imag.max() < y_1
+    ax.figure.draw_without_rendering()
+    box = window.get_window_extent()
+    assert not any(box.contains(*ax.transData.transform((pole.real, pole.imag))) for pole in roots.ravel())
+    assert not pole_sweep(SETUP, {"omega": omega}).plot().axes[0].child_axes
+
+
 def test_arrows_and_contours_stand_where_their_numbers_say() -> None:
     found = pole_sweep(SETUP, {"omega": np.linspace(20.0, 150.0, 27)})
     for contours, holds in (

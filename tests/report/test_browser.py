@@ -107,6 +107,30 @@ def test_the_slider_moves_the_poles_by_keyboard(browser: Any, file: Path) -> Non
     assert not first.is_visible()
 
 
+def test_the_map_shows_what_is_chosen(browser: Any, file: Path) -> None:
+    """Without the observers whose poles lie far out the axes are shorter, and no pole of the others leaves the frame."""
+    page = Seen(browser, file).page
+
+    def numbers() -> list[float]:
+        texts = page.eval_on_selector_all(".slider .axes text", "all => all.map(e => e.textContent)")
+        return [float(text.replace("−", "-")) for text in texts if re.fullmatch(r"−?[\d.]+", text)]
+
+    whole = numbers()
+    for label in ("printed_7", "printed_L", "consistent_12"):
+        page.locator(".slider .keys label", has_text=re.compile(rf"^{label}$")).locator("input").uncheck()
+    assert 0 < max(map(abs, numbers())) < max(map(abs, whole))
+    width, height = (float(size) for size in page.get_attribute(".slider .map", "viewBox").split()[2:])
+    steps = int(page.get_attribute(".slider input[type=range]", "max"))
+    for at in range(0, steps + 1, max(1, steps // 8)):
+        page.eval_on_selector(".slider input[type=range]", f"e => {{e.value = {at}; e.dispatchEvent(new Event('input'))}}")
+        shown = page.eval_on_selector_all(".slider .poles", "all => all.filter(g => g.style.display !== 'none').flatMap(g => "
+                                          "[...g.children].map(e => e.getAttribute('transform')))")
+        assert shown
+        for place in shown:
+            x, y = (float(part) for part in re.findall(r"-?[\d.]+", place))
+            assert 64 <= x <= width - 16 and 14 <= y <= height - 46, (at, place)
+
+
 def test_the_map_agrees_with_the_data(browser: Any, file: Path, folder: Path) -> None:
     """The rightmost pole that is told at the last speed is that of the sweep's file."""
     import xarray as xr

@@ -51,31 +51,49 @@ var SHAPES={o:"M5,0A5,5 0 1 1 -5,0A5,5 0 1 1 5,0Z",s:"M-4.5,-4.5H4.5V4.5H-4.5Z",
 all(".slider").forEach(function(box){
   var d=JSON.parse(box.querySelector("script").textContent), svg=box.querySelector(".map"), range=box.querySelector("input[type=range]");
   var W=Math.min(720,Math.max(340,svg.clientWidth||720)),H=Math.max(300,W*0.58),L=64,R=16,T=14,B=46,NS="http://www.w3.org/2000/svg";
-  var x0=d.re[0],x1=d.re[1],y0=d.im[0],y1=d.im[1];
-  var X=function(v){return L+(v-x0)/(x1-x0)*(W-L-R);}, Y=function(v){return T+(y1-v)/(y1-y0)*(H-T-B);};
+  var x0,x1,y0,y1;
+  // Slow and fast poles differ by decades: the real axis is linear up to 10 /s and logarithmic beyond, as in imo poles --plot.
+  var S=function(v){var a=Math.abs(v)/10;return (v<0?-1:1)*(a<=1?0.6*a:0.6+Math.log10(a));};
+  var X=function(v){return L+(S(v)-S(x0))/(S(x1)-S(x0))*(W-L-R);}, Y=function(v){return T+(y1-v)/(y1-y0)*(H-T-B);};
   svg.setAttribute("viewBox","0 0 "+W+" "+H);
   function el(n,a,t,to){var e=document.createElementNS(NS,n);for(var k in a)e.setAttribute(k,a[k]);if(t!==undefined)e.textContent=t;(to||svg).appendChild(e);return e;}
   function step(s){var p=Math.pow(10,Math.floor(Math.log10(s/5))),m=s/5/p;return p*(m<1.5?1:m<3.5?2:m<7.5?5:10);}
   function ticks(a,b){var s=step(b-a),o=[],v=Math.ceil(a/s)*s;for(;v<=b+1e-9;v+=s)o.push(Math.round(v*1e6)/1e6);return o;}
+  function decades(a,b){
+    var o=[0],p,m,k;
+    for(p=10;p<=1e9;p*=10)for(m=1;m<=3;m+=2)for(k=-1;k<=1;k+=2)if(k*m*p>=a&&k*m*p<=b)o.push(k*m*p);
+    return o;
+  }
   function minus(v){return String(v).replace("-","\u2212");}
-  if(x1>0)el("rect",{x:X(0),y:T,width:W-R-X(0),height:H-T-B,fill:"#f3e3e3"});
-  ticks(x0,x1).forEach(function(v){
-    el("line",{x1:X(v),x2:X(v),y1:T,y2:H-B,stroke:v===0?"#444":"#ddd"});
-    el("text",{x:X(v),y:H-B+16,"font-size":13,"text-anchor":"middle"},minus(v));
-  });
-  ticks(y0,y1).forEach(function(v){
-    el("line",{x1:L,x2:W-R,y1:Y(v),y2:Y(v),stroke:v===0?"#444":"#ddd"});
-    el("text",{x:L-6,y:Y(v)+4,"font-size":13,"text-anchor":"end"},minus(v));
-  });
-  if(X(0)<W-90)el("text",{x:W-R-6,y:T+16,"font-size":13,"text-anchor":"end"},"unstable");
-  el("text",{x:(L+W-R)/2,y:H-8,"font-size":14,"text-anchor":"middle"},"real part (1/s)");
-  el("text",{x:16,y:(T+H-B)/2,"font-size":14,"text-anchor":"middle",transform:"rotate(-90 16 "+(T+H-B)/2+")"},"imaginary part (rad/s)");
+  var axes=el("g",{"class":"axes"});
+  // The view holds every pole that a chosen observer has at any speed.
+  function view(){
+    var on=d.series.filter(function(s,j){return boxes[j].checked;}), re=[0,0], im=[0,0];
+    if(!on.length)return;
+    on.forEach(function(s){s.poles.forEach(function(at){at.forEach(function(p){
+      re=[Math.min(re[0],p[0]),Math.max(re[1],p[0])]; im=[Math.min(im[0],p[1]),Math.max(im[1],p[1])];
+    });});});
+    x0=Math.min(1.3*re[0],-1); x1=Math.max(1.3*re[1],5); y1=Math.max(1.12*im[1],-1.12*im[0],1); y0=-y1;
+    axes.textContent="";
+    el("rect",{x:X(0),y:T,width:W-R-X(0),height:H-T-B,fill:"#f3e3e3"},undefined,axes);
+    decades(x0,x1).forEach(function(v){
+      el("line",{x1:X(v),x2:X(v),y1:T,y2:H-B,stroke:v===0?"#444":"#ddd"},undefined,axes);
+      el("text",{x:X(v),y:H-B+16,"font-size":13,"text-anchor":"middle"},minus(v),axes);
+    });
+    ticks(y0,y1).forEach(function(v){
+      el("line",{x1:L,x2:W-R,y1:Y(v),y2:Y(v),stroke:v===0?"#444":"#ddd"},undefined,axes);
+      el("text",{x:L-6,y:Y(v)+4,"font-size":13,"text-anchor":"end"},minus(v),axes);
+    });
+    if(X(0)<W-90)el("text",{x:W-R-6,y:T+16,"font-size":13,"text-anchor":"end"},"unstable",axes);
+    el("text",{x:(L+W-R)/2,y:H-8,"font-size":14,"text-anchor":"middle"},"real part (1/s), logarithmic beyond \u00b110",axes);
+    el("text",{x:16,y:(T+H-B)/2,"font-size":14,"text-anchor":"middle",transform:"rotate(-90 16 "+(T+H-B)/2+")"},"imaginary part (rad/s)",axes);
+  }
   var boxes=all("input[type=checkbox]",box);
   var groups=d.series.map(function(s,j){
     var g=el("g",{fill:"none",stroke:s.color,"stroke-width":2,"class":"poles"});
     s.poles[0].forEach(function(){el("path",{d:SHAPES[s.mark]},undefined,g);});
     el("path",{d:SHAPES[s.mark],fill:"none",stroke:s.color,"stroke-width":2,transform:"translate(9 9)"},undefined,all(".key",box)[j]);
-    boxes[j].addEventListener("change",draw);
+    boxes[j].addEventListener("change",function(){view();draw();});
     return g;
   });
   var out=box.querySelector("output"), say=box.querySelector(".say");
@@ -86,14 +104,13 @@ all(".slider").forEach(function(box){
       groups[j].style.display=boxes[j].checked?"":"none";
       if(!boxes[j].checked)return;
       s.poles[k].forEach(function(p,i){
-        var m=groups[j].childNodes[i], off=p[0]<x0||p[0]>x1||p[1]<y0||p[1]>y1;
-        m.style.display=off?"none":""; m.setAttribute("transform","translate("+X(p[0]).toFixed(2)+" "+Y(p[1]).toFixed(2)+")");
+        groups[j].childNodes[i].setAttribute("transform","translate("+X(p[0]).toFixed(2)+" "+Y(p[1]).toFixed(2)+")");
       });
       var worst=Math.max.apply(null,s.poles[k].map(function(p){return p[0];}));
       told.push(s.label+": rightmost pole at "+minus(worst.toFixed(2))+" /s"+(worst>0.005?" (unstable)":""));
     });
     say.textContent=told.length?told.join("; ")+".":"";
   }
-  range.addEventListener("input",draw);draw();
+  range.addEventListener("input",draw);view();draw();
 });
 })();
