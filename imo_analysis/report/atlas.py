@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 
     from imo_analysis.pencils.setup import Setup
 
-SPEEDS, SLIPS, ERRORS, GAINS = 61, 41, 7, 31  # points of the maps
+SPEEDS, SLIPS, ERRORS, GAINS = 61, 41, 31, 31  # points of the maps
+NEAR = 2.0  # times alpha: the slips reach to alpha, so that a stator frequency of zero lies within, and speeds are taken finely
 SLOWEST = 0.1  # of the widest speed: where the map over errors begins
 WRONG = 0.5  # relative error of the rotor resistance at the ends of that map
 LOADED = 0.5  # of alpha: the slip there
@@ -28,7 +29,7 @@ GAIN_SPAN = (0.1, 3.0)  # times the study's gain
 
 @dataclass(frozen=True)
 class Unstable:
-    """Shares of an observer's map over speed and slip that are unstable: forward, backward, and where slip brakes."""
+    """Shares of the area of an observer's map of speed and slip that is unstable: forward, backward, where slip brakes."""
 
     observer: str
     forward: float
@@ -58,13 +59,14 @@ def atlas(study: Study, folder: Path) -> Atlas:
     machine, span = study.machine, study.poles.sweep
     widest = max(abs(span.start), abs(span.stop))
     point = OperatingPoint(omega=0.0, flux=study.drive.flux, slip=LOADED * machine.alpha)
-    plane = stability_map(right, {"omega": np.linspace(span.start, span.stop, SPEEDS),
-                                  "slip": np.linspace(-machine.alpha, machine.alpha, SLIPS)}, point, "full")
+    slips = np.linspace(-machine.alpha, machine.alpha, SLIPS)
+    plane = stability_map(right, {"omega": _speeds(span.start, span.stop, machine.alpha, slips[1] - slips[0]), "slip": slips},
+                          point, "full")
     figures = [keep(
         folder, "stability-slip", rasterized(plane.plot("decay")),
         f"How fast the slowest error decays with the adaptation of the speed at work, over speed and slip; at a slip of "
         f"{machine.alpha:.3g} rad/s the torque current is as large as the magnetising one. Hatched: unstable.")]
-    errors = {"omega": np.linspace(SLOWEST * widest, widest, SPEEDS // 4), "R_r_error": np.linspace(-WRONG, WRONG, ERRORS)}
+    errors = {"omega": np.linspace(SLOWEST * widest, widest, SPEEDS), "R_r_error": np.linspace(-WRONG, WRONG, ERRORS)}
     wrong = _or_nothing(lambda: stability_map(right, errors, point, "settled"))
     if wrong is not None:
         figures.append(keep(
@@ -85,6 +87,16 @@ def atlas(study: Study, folder: Path) -> Atlas:
     return Atlas(figures, [_unstable(plane.data, name) for name in setups], machine.alpha, varied[0] if varied else "")
 
 
+def _speeds(start: float, stop: float, alpha: float, step: float) -> np.ndarray:
+    """Speeds of the map over slip: where slip and speed cancel, a point lies half a step of the slips beside that line, in
+    every row alike, so that what ends there ends in a line and not in islands.
+    """
+    count = round(NEAR * alpha / step)
+    near = step * (np.arange(-count, count) + 0.5)
+    whole = np.linspace(start, stop, SPEEDS)
+    return np.sort(np.concatenate([whole[np.abs(whole) > near[-1] + step], near[(near > start) & (near < stop)]]))
+
+
 def _or_nothing(make: Any) -> Any:
     try:
         return make()
@@ -99,13 +111,15 @@ def _gain(setups: Mapping[str, Setup]) -> tuple[str, str] | None:
 
 
 def _unstable(data: xr.Dataset, name: str) -> Unstable:
-    """Shares of the points of each kind with a pole that grows; points without a linearisation count as neither."""
+    """Shares of the area of each kind with a pole that grows; points without a linearisation count as neither."""
     decay = data["decay"].sel(observer=name)
     bad = (decay < 0) & np.isfinite(decay)
     omega, slip = data["omega"], data["slip"]
+    width = omega.copy(data=np.gradient(omega.values))
 
     def share(chosen: Any) -> float:
         inside = chosen.broadcast_like(decay) & np.isfinite(decay)
-        return float(bad.where(inside).mean()) if bool(inside.any()) else 0.0
+        area = width.where(inside)
+        return float(area.where(bad).sum() / area.sum()) if bool(inside.any()) else 0.0
 
     return Unstable(name, share(omega > 0), share(omega < 0), share(omega * slip < 0))

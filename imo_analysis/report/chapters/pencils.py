@@ -63,8 +63,8 @@ def _maps(maps: Atlas) -> list[Html]:
 def _said(one: Unstable) -> str:
     if not (one.forward or one.backward):
         return f"`{one.observer}` is stable all over the map of speed and slip."
-    return (f"`{one.observer}` is unstable at {100 * one.forward:.3g} % of the points of the map with positive speed, at "
-            f"{100 * one.backward:.3g} % of those with negative speed, and at {100 * one.braking:.3g} % of those that brake.")
+    return (f"`{one.observer}` is unstable on {100 * one.forward:.3g} % of the map with positive speed, on "
+            f"{100 * one.backward:.3g} % of that with negative speed, and on {100 * one.braking:.3g} % of that which brakes.")
 
 
 def _unstable(poles: PoleResult) -> Html:
@@ -186,12 +186,7 @@ def _slider(poles: PoleResult) -> Html:
         style = line(str(name))
         series.append({"label": str(name), "color": style.color, "mark": style.marker,
                        "poles": np.round(roots[:, present], 2).tolist()})
-    finite = sweep.where(np.isfinite(sweep["re"]))
-    data = {
-        "omega": [round(float(value), 3) for value in omega[picked]], "series": series,
-        "re": [float(finite["re"].quantile(0.002)) - 20.0, max(float(finite["re"].quantile(0.998)), 0.0) + 40.0],
-        "im": [float(finite["im"].min()) - 20.0, float(finite["im"].max()) + 20.0],
-    }
+    data = {"omega": [round(float(value), 3) for value in omega[picked]], "series": series}
     written = json.dumps(data, separators=(",", ":")).replace("<", "\\u003c")
     start = int(np.argmin(np.abs(omega[picked] - np.median(poles.table["omega"].values))))
     control = Html(f'<input type="range" id="speed" step="1" min="0" max="{len(picked) - 1}" value="{start}">')
