@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
-from imo_analysis.commands.poles_input import FASTEST, chosen, left, numbers, wanted
+from imo_analysis.commands.poles_input import chosen, doubtful, left, numbers, quantity, turning, wanted
 from imo_analysis.errors import InputError
 
 if TYPE_CHECKING:
@@ -22,13 +22,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.add_argument("study", nargs="?", metavar="STUDY.toml",
                         help="machine, observers, gains; the paper's if left out")
-    parser.add_argument("--omega", metavar="LIST", help="speeds in rad/s: 30,60,100; else the study's")
+    parser.add_argument("--omega", metavar="LIST", help="speeds, in rad/s without a unit: 30,60,100; else the study's")
     parser.add_argument("--over", metavar="NAME=A:B:COUNT", action="append",
                         help="sweep omega, a gain, R_r, R_r_error, alpha, ...; twice for a map; SI or with units")
     parser.add_argument("--cloud", metavar="COUNT[:SEED]", help="random points, evenly within each --over NAME=A:B")
-    parser.add_argument("--at", metavar="OMEGA", type=float, help="speed in rad/s where it is not swept")
-    parser.add_argument("--full", metavar="SLIP", type=float,
-                        help="with the adaptation, running at this slip in rad/s")
+    parser.add_argument("--at", metavar="OMEGA", help="speed where it is not swept, in rad/s or as 30 rpm")
+    parser.add_argument("--full", metavar="SLIP", help="with the adaptation, running at this slip, in rad/s or with a unit")
     parser.add_argument("--observer", metavar="NAME", nargs="+", action="extend",
                         help="of study or catalogue, or all; else the study's")
     parser.add_argument("--machine", metavar="FILE", help="machine file or preset in place of the study's machine")
@@ -51,8 +50,8 @@ def run(args: argparse.Namespace) -> int:
             raise InputError(f"{option} {path} must end in .svg")
     if args.show not in (known := ("decay", "damping", "settling_time")):
         raise InputError(f"--show {args.show} is not in the map; choose one of: {', '.join(known)}")
-    if args.full is not None and not abs(args.full) <= FASTEST:
-        raise InputError(f"--full {args.full:g} must be a slip within +-{FASTEST:g} rad/s")
+    if args.full is not None:
+        args.full = turning(args.full, "--full", "slip")
     check_places(args, "out", "plot", "map")
     speeds = numbers(args.omega) if args.omega is not None else None
 
@@ -61,13 +60,17 @@ def run(args: argparse.Namespace) -> int:
 
     over = wanted(args)
     study = Study.load(args.study) if args.study else Study.paper()
-    setups, refused = chosen(study, args)
+    setups, refused, assumed = chosen(study, args)
+    doubtful(args.over or [], setups)
+    for label, gains in assumed.items():
+        say(args, f"{label}: the study has no " + ", ".join(gains) + "; taken as imo excite --design does without noise: "
+            + ", ".join(f"{name} = {value:g}" for name, value in gains.items()))
     if args.tune is not None:
         setups = _tuned(args, setups, refused)
     result: dict[str, Any] = {
         "machine": {label: setup.machine.model_dump() for label, setup in setups.items()},
         "observers": {label: {"kind": setup.observer, "gains": dict(setup.gains)} for label, setup in setups.items()},
-        "refused": refused,
+        "refused": refused, "assumed": assumed,
     }
     if speeds is not None or over is None:
         result["table"] = _table(args, setups, refused, speeds or list(study.poles.omega), study.drive.flux)
@@ -86,9 +89,10 @@ def _tuned(args: argparse.Namespace, setups: dict[str, Setup], refused: dict[str
     from imo_analysis.pencils.setup import Setup
 
     try:
-        decay, damping, omega_max = (float(word) for word in args.tune.split(":"))
+        words = dict(zip(("1/s", "1", "rad/s"), args.tune.split(":"), strict=True))
     except ValueError:
         raise InputError(f"--tune {args.tune} must be DECAY:DAMPING:OMEGA_MAX, such as 50:0.7:150") from None
+    decay, damping, omega_max = (quantity(word, unit, "--tune") for unit, word in words.items())
     result = {}
 
     def choose(label: str, setup: Setup) -> None:
@@ -147,6 +151,7 @@ def _full_table(
     from imo_analysis.pencils.error import OperatingPoint, poles_at
     from imo_analysis.pencils.floquet import floquet_exponents
     from imo_analysis.pencils.jacobian import commutes_with_rotation
+    from imo_analysis.pencils.operating import STANDING, STANDSTILL
 
     rows: list[dict[str, Any]] = []
 
@@ -158,8 +163,10 @@ def _full_table(
             found = (poles_at(setup.machine, setup.observer, setup.gains, point, "full") if turns
                      else floquet_exponents(setup.machine, setup.observer, setup.gains, point))
             lines.append(f"  {speed:8g} rad/s  " + "  ".join(_complex(pole) for pole in found if pole.imag >= 0))
+            if stands := abs(speed + args.full) <= STANDING:
+                lines.append(f"  {'':8}        {STANDSTILL}; poles at zero belong to it")
             own.append({"observer": label, "omega": speed, "slip": args.full, "flux": flux, "poles": list(found),
-                        "floquet": not turns})
+                        "floquet": not turns, "undetermined": stands})
         rows.extend(own)
         say(args, "\n".join([_title(label, setup) + ("" if turns else ", Floquet exponents"), *lines]))
 

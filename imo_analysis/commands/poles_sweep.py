@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
-from imo_analysis.commands.poles_input import FASTEST, left
+from imo_analysis.commands.poles_input import left, turning
 from imo_analysis.errors import InputError
 
 if TYPE_CHECKING:
@@ -27,20 +27,38 @@ def sweep(
     names = tuple(values)
     if "omega" not in names and args.at is None:
         raise InputError(f"--over {names[0]} needs the speed: --at OMEGA in rad/s")
-    if args.at is not None and not abs(args.at) <= FASTEST:
-        raise InputError(f"--at {args.at:g} must be a speed within +-{FASTEST:g} rad/s")
     if "omega" in names and args.at is not None:
-        raise InputError(f"--at {args.at:g} and --over omega both give the speed; leave one of them out")
+        raise InputError(f"--at {args.at} and --over omega both give the speed; leave one of them out")
+    at = 0.0 if args.at is None else turning(args.at, "--at", "speed")
+    if args.plot and len(names) > 1:
+        raise InputError(f"--plot draws over one parameter, and there are {', '.join(names)}; use --map for "
+                         + ("two" if args.cloud is None else "a cloud"))
     kind: SweptKind = "frozen" if args.full is None else "full"
     if kind == "full" and any(name.endswith(ERROR) for name in names):
         kind = "settled"
-    point = OperatingPoint(0.0 if args.at is None else args.at, study.drive.flux, args.full or 0.0)
+    point = OperatingPoint(at, study.drive.flux, args.full or 0.0)
     first = tuple(column[:1] for column in values.values())
     setups = left(
         setups, refused, lambda _, one: evaluator(one.machine, one.observer, one.gains, names, point, kind).moving(first))
+    _standing(args, values, point, kind)
     if len(names) == 2 and args.cloud is None:
         return {"map": _map(args, setups, values, point, kind)}
     return {"sweep": _lines(args, setups, values, point, kind)}
+
+
+def _standing(args: argparse.Namespace, values: dict[str, Any], point: Any, kind: str) -> None:
+    """Say where the sweep passes zero stator frequency, and what that means."""
+    import numpy as np
+
+    from imo_analysis.commands.output import say
+    from imo_analysis.pencils.operating import STANDING, STANDSTILL
+
+    if kind == "frozen":
+        return
+    omega, slip = (values.get(name, np.array([getattr(point, name)])) for name in ("omega", "slip"))
+    frequency = omega + slip if args.cloud is not None else np.add.outer(omega, slip)
+    if count := int((np.abs(frequency) <= STANDING).sum()):
+        say(args, f"at {count} of {frequency.size} pairs of speed and slip the {STANDSTILL}; a pole is zero there")
 
 
 def _values(args: argparse.Namespace, study: Study, over: dict[str, tuple[float, float, int | None]]) -> dict[str, Any]:
@@ -132,15 +150,19 @@ def _summary(
         there = moving[:, np.isfinite(moving).any(axis=0)]
         if len(values) == 1 and args.cloud is None and np.all(np.isfinite(there)):
             limits[str(label)] = stability_boundaries(setups[str(label)], values, point, kind)
-            for value in dict.fromkeys(round(one["value"], 9) for one in limits[str(label)]):
+            for value in dict.fromkeys(round(one["value"], 9) + 0.0 for one in limits[str(label)]):
                 say(args, f"  a pole crosses the imaginary axis at {_at(data[over], value, 10)}")
-    return {"over": ", ".join(values), "unstable": unstable, "boundaries": limits}
+    unclear = int(data.attrs.get("unclear", 0))
+    if unclear:
+        say(args, f"at {unclear} step{'s' if unclear > 1 else ''} two branches come too close to be told apart, and may be "
+            f"swapped from there on; give --over {over} more points than {data.sizes[over]}, or a range without that place")
+    return {"over": ", ".join(values), "unstable": unstable, "boundaries": limits, "unclear": unclear}
 
 
 def _at(axis: xr.DataArray, value: float, digits: int = 6) -> str:
     """A swept value with its unit: SI was meant where none was given."""
     unit = axis.attrs.get("units", "1")
-    return f"{axis.name} = {value:.{digits}g}" + ("" if unit == "1" else f" {unit}")
+    return f"{axis.name} = {value + 0.0:.{digits}g}" + ("" if unit == "1" else f" {unit}")
 
 
 def _map(args: argparse.Namespace, setups: dict[str, Setup], values: dict[str, Any], point: Any, kind: Any) -> dict[str, Any]:
@@ -148,8 +170,6 @@ def _map(args: argparse.Namespace, setups: dict[str, Setup], values: dict[str, A
     from imo_analysis.pencils.stability import stability_map
     from imo_analysis.pencils.sweep import pole_sweep
 
-    if args.plot:
-        raise InputError("--plot draws over one parameter; use --map for two")
     found = stability_map(setups, values, point, kind)
     data = found.data
     title = {"frozen": "At frozen speed", "full": "With adaptation", "settled": "Where the observer rests"}[kind]

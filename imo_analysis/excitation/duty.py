@@ -20,7 +20,7 @@ KINDS = ("consistent_12", "repaired", "quiet", "across", "supervised")
 SPEEDS, LOADS = (20.0, 40.0, 60.0, 80.0, 100.0), (0.0, 2.0, 5.0, 8.0)  # rad/s, N m
 ETA = 1.0  # of the supervisor's filters, 1/s
 REST = 0.03  # 1/s: what noise alone may move the supervised alpha_hat by over the whole run, on average
-_LEAST = 1.0  # A^2: S_0 without noise
+LEAST = 1.0  # A^2: S_0 without noise
 
 
 def mixed_duty(study: Study, duration: float, *, noise: float = 0.1, dwell: float = 20.0, seed: int = 1, depth: float = 0.0,
@@ -111,7 +111,7 @@ def supervisor_threshold(study: Study, gains: Mapping[str, float], noise: float,
     InputError
         If the least is above the most.
     """
-    floor, least, most = 0.0, _LEAST, math.inf
+    floor, least, most = 0.0, LEAST, math.inf
     if noise > 0:
         floors = [noise_floor(study.machine, gains, study.drive, noise, omega, torque, ETA, study.simulation.sample_time)
                   for omega in (SPEEDS[0], SPEEDS[-1]) for torque in (LOADS[0], LOADS[-1])]

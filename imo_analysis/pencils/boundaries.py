@@ -48,7 +48,10 @@ def stability_boundaries(
         off = np.flatnonzero(side[:, branch])  # a value where the pole is on the axis lies between its neighbours
         for k, m in pairwise(off):
             if side[k, branch] * side[m, branch] < 0 and m - k <= 2:
-                value, pole = _crossing(evaluate, (points[k], points[m]), (roots[k, branch], roots[m, branch]))
+                crossing = _crossing(evaluate, (points[k], points[m]), (roots[k, branch], roots[m, branch]))
+                if crossing is None:
+                    continue
+                value, pole = crossing
                 found.append({"value": value, "im": float(pole.imag), "branch": branch + 1,
                               "direction": float(side[m, branch])})
     return sorted(found, key=lambda crossing: crossing["value"])
@@ -56,17 +59,45 @@ def stability_boundaries(
 
 def _crossing(
     evaluate: Callable[[Any], np.ndarray], ends: tuple[float, float], poles_there: tuple[complex, complex]
-) -> tuple[float, complex]:
-    """Halve the step in which one branch crosses the axis; at each point the branch is the pole nearest to its chord."""
-    (low, high), (left, right) = ends, poles_there
+) -> tuple[float, complex] | None:
+    """Halve the step in which one branch crosses the axis; at each point the branch is the pole nearest to its chord.
+
+    Where branches were swapped within the step the chord leads astray, to a place with as many unstable poles on either side.
+    Then it is their number that is followed; None where that is the same at both ends.
+    """
+    left, right = poles_there
+
+    def on_the_left(middle: float) -> bool:
+        nonlocal left, right
+        candidates = evaluate(np.array([middle]))[0]
+        pole = candidates[np.argmin(np.abs(candidates - 0.5 * (left + right)))]
+        if same := bool(np.sign(pole.real) == np.sign(left.real)):
+            left = pole
+        else:
+            right = pole
+        return same
+
+    low, high = _halved(ends, on_the_left)
+    if _unstable(evaluate, low) != _unstable(evaluate, high):
+        return 0.5 * (low + high), left
+    before = _unstable(evaluate, ends[0])
+    if before == _unstable(evaluate, ends[1]):
+        return None
+    low, high = _halved(ends, lambda middle: _unstable(evaluate, middle) == before)
+    there = evaluate(np.array([low]))[0]
+    return 0.5 * (low + high), there[np.argmin(np.abs(there.real))]
+
+
+def _halved(ends: tuple[float, float], on_the_left: Callable[[float], bool]) -> tuple[float, float]:
+    """The interval halved as far as floating point goes."""
+    low, high = map(float, ends)
     for _ in range(60):
         middle = 0.5 * (low + high)
         if middle in (low, high):
             break
-        candidates = evaluate(np.array([middle]))[0]
-        pole = candidates[np.argmin(np.abs(candidates - 0.5 * (left + right)))]
-        if np.sign(pole.real) == np.sign(left.real):
-            low, left = middle, pole
-        else:
-            high, right = middle, pole
-    return float(0.5 * (low + high)), left
+        low, high = (middle, high) if on_the_left(middle) else (low, middle)
+    return low, high
+
+
+def _unstable(evaluate: Callable[[Any], np.ndarray], value: float) -> int:
+    return int(np.sum(evaluate(np.array([value]))[0].real > 0))

@@ -111,19 +111,26 @@ def machine_parameters(machine: InductionMachine, changes: Mapping[str, Any]) ->
     """
     field = {name: np.asarray(changes.get(name, getattr(machine, name)), dtype=float) for name in MACHINE_FIELDS}
     for name, value in field.items():
-        if not np.all(np.isfinite(value) & (value > 0)):
-            raise InputError(f"{name} must be above 0 {symbol(name).unit} and finite at every point of the sweep")
+        _positive(name, value)
     sigma = parameters.leakage(field["L_s"], field["L_m"], field["L_r"])
     if np.any(sigma <= 0):
-        raise InputError("L_m must be below sqrt(L_s L_r) at every point of the sweep")
+        worst = np.unravel_index(np.argmin(sigma), sigma.shape)
+        L_m, L_s, L_r = (np.broadcast_to(field[name], sigma.shape)[worst] for name in ("L_m", "L_s", "L_r"))
+        raise InputError(f"L_m = {L_m:.6g} H must be below sqrt(L_s L_r) = {np.sqrt(L_s * L_r):.6g} H at every point; "
+                         f"there L_s = {L_s:.6g} H, L_r = {L_r:.6g} H")
     values = {"R_s": field["R_s"], "L_m": field["L_m"], "sigma": sigma,
               "beta": parameters.coupling(field["L_m"], sigma, field["L_r"]),
               "alpha": parameters.rotor_rate(field["R_r"], field["L_r"])}
     given = {name: np.asarray(value, dtype=float) for name, value in changes.items() if name in PARAMETERS}
     for name, value in given.items():
-        if not np.all(np.isfinite(value) & (value > 0)):
-            raise InputError(f"{name} must be above 0 {symbol(name).unit} and finite at every point of the sweep")
+        _positive(name, value)
     return values | given
+
+
+def _positive(name: str, value: np.ndarray) -> None:
+    bad = value[~(np.isfinite(value) & (value > 0))]
+    if bad.size:
+        raise InputError(f"{name} = {bad.flat[0]:.6g} {symbol(name).unit} must be above 0 and finite at every point")
 
 
 def arguments(

@@ -59,7 +59,7 @@ _SHORTEST = 2.0**-14  # of the way from no error to the whole error
 _NEWTON = 8
 _STRAIGHT = 0.5  # of a step may be corrected after Newton's first move
 _TOLERANCE = 1e-11  # of the size of each estimate
-_STANDING = 1e-6  # rad/s, a stator frequency that counts as zero
+STANDING = 1e-6  # rad/s, a stator frequency that counts as zero
 STANDSTILL = "stator frequency is zero: nothing determines omega_hat"
 NO_LAW = "the gain of the speed adaptation is zero: nothing determines omega_hat"
 LOST = "the state at rest ends on the way from no error to this one"
@@ -129,7 +129,7 @@ def equilibrium(
     (true, believed, fixed), shape = _numbers(machine, name, gains, point, dict(errors or {}), alpha_hat)
     start = {state: true[state.removesuffix("_hat")] for state in law.states}
     x = np.stack(list(start.values()), axis=-1)
-    moving = np.abs(true["stator_frequency"]) > _STANDING
+    moving = np.abs(true["stator_frequency"]) > STANDING
     n = len(law.states)
     lawless = ~np.any(law.derivative({**true, **fixed, **start})[:, law.states.index("omega_hat"), :n], axis=-1)
     found = np.zeros(x.shape[0], dtype=bool)

@@ -12,8 +12,8 @@ a tolerance:
   follows omega_hat; with ``alpha="held"`` alpha_hat does not move, and ``alpha_tilde`` is an input.
 - The filters of the supervised observer, which at constant flux act on nothing.
 
-What is left can still fail to settle, and then for a reason of its own: an unstable observer, or zero stator frequency, where
-nothing determines omega_hat.
+What is left can still fail to settle, and then for a reason of its own: the observer is unstable. At zero stator frequency
+nothing determines omega_hat, so that a full linearisation has nothing there that settles, and is refused.
 
 Examples
 --------
@@ -66,6 +66,7 @@ from imo_analysis.errors import InputError
 from imo_analysis.machine import InductionMachine
 from imo_analysis.pencils.error import Gains, OperatingPoint, frozen_pencil, full_pencil, gain_values
 from imo_analysis.pencils.jacobian import Kind, known_observer
+from imo_analysis.pencils.operating import STANDING, STANDSTILL
 
 if TYPE_CHECKING:
     import control
@@ -109,12 +110,16 @@ def settling_pencil(
     Raises
     ------
     InputError
-        As `frozen_pencil` and `full_pencil`; and with alpha adapted but K_p = 0, where omega_hat does not move.
+        As `frozen_pencil` and `full_pencil`; with alpha adapted but K_p = 0, where omega_hat does not move; and for a full
+        linearisation at zero stator frequency.
     """
     import control
 
     if alpha not in ("adapted", "held"):
         raise InputError(f'alpha = {alpha!r} is not known; choose "adapted" or "held"')
+    if kind == "full" and abs(point.omega + point.slip) <= STANDING:
+        raise InputError(f"{name} at omega = {point.omega:g} rad/s and slip = {point.slip:g} rad/s: the {STANDSTILL}, and it "
+                         "does not settle; choose a point where omega + slip is not zero")
     if kind == "full" and alpha == "held" and "g" in known_observer(name).gains:
         gains = {**gain_values(name, gains), "g": 0.0}  # without it the laws of some push omega_hat for alpha_hat's sake
     whole = full_pencil(machine, name, gains, point) if kind == "full" else frozen_pencil(machine, name, gains, point.omega)
@@ -169,6 +174,12 @@ def speed_loop(system: control.StateSpace) -> control.StateSpace:
     ------
     InputError
         If it has no such state.
+
+    Notes
+    -----
+    Far above its poles the loop falls with the square of the frequency and its phase tends to -180 degrees. Where it nears
+    them from above there is no crossing, but rounding may make one: ``control.stability_margins`` then gives a gain margin
+    of 1e12 or more, in place of infinity.
     """
     import control
 

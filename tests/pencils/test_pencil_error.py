@@ -127,8 +127,8 @@ def test_state_space_has_names_and_works_in_python_control() -> None:
     (lambda: full_pencil(MACHINE, "baseline", gains("baseline"), OperatingPoint(30.0, None)), "flux = None"),
     (lambda: full_pencil(MACHINE, "repaired", gains("repaired") | {"alpha_l": 20.0}, OperatingPoint(30.0, 0.5)), "alpha_l"),
     (lambda: full_pencil(MACHINE, "baseline", gains("baseline"), OperatingPoint(np.ones(2), 0.5)), "one operating point"),
-    (lambda: frozen_matrix(MACHINE, "baseline", gains("baseline"), 1.0, {"R_r": -1.0}), "R_r must be above 0"),
-    (lambda: frozen_matrix(MACHINE, "baseline", gains("baseline"), 1.0, {"L_m": 0.07}), "L_m must be below"),
+    (lambda: frozen_matrix(MACHINE, "baseline", gains("baseline"), 1.0, {"R_r": -1.0}), "R_r = -1 ohm must be above 0"),
+    (lambda: frozen_matrix(MACHINE, "baseline", gains("baseline"), 1.0, {"L_m": 0.07}), r"L_m = 0.07 H .*\) = 0.0616997"),
     (lambda: frozen_matrix(MACHINE, "baseline", gains("baseline"), 1.0, {"k_2": 1.0}), "'k_2' is not a parameter of baseline"),
 ])
 def test_refusals(call: Any, message: str) -> None:

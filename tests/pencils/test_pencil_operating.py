@@ -196,8 +196,8 @@ def test_the_input_alpha_is_where_alpha_hat_is_held(name: str) -> None:
 @pytest.mark.parametrize(("call", "message"), [
     (lambda: equilibrium(MACHINE, "printed_7", gains("printed_7"), POINT), "no state at rest while the flux turns"),
     (lambda: equilibrium(MACHINE, "baseline", gains("baseline"), POINT, {"J": 0.1}), "'J' is not a parameter that observers"),
-    (lambda: equilibrium(MACHINE, "baseline", gains("baseline"), POINT, {"R_s": -1.0}), "R_s must be above 0"),
-    (lambda: equilibrium(MACHINE, "baseline", gains("baseline"), POINT, {"L_m": 0.3}), "L_m must be below"),
+    (lambda: equilibrium(MACHINE, "baseline", gains("baseline"), POINT, {"R_s": -1.0}), "R_s = .* must be above 0"),
+    (lambda: equilibrium(MACHINE, "baseline", gains("baseline"), POINT, {"L_m": 0.3}), "L_m = 0.07813 H must be below"),
     (lambda: equilibrium(MACHINE, "baseline", gains("baseline"), POINT, {"sigma": -1.0}), "sigma must be above -1"),
     (lambda: equilibrium(MACHINE, "baseline", gains("baseline"), POINT, {"sigma": 0.1, "L_s": 0.1}), "one thing"),
     (lambda: equilibrium(MACHINE, "baseline", gains("baseline"), POINT, alpha_hat=6.6), "alpha_hat cannot be held"),
