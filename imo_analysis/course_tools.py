@@ -135,8 +135,8 @@ def picture(figure: Figure, caption: str) -> None:
         print(f"    (a figure with {len(figure.axes)} axes: {caption})")
 
 
-def vary(draw: Callable[..., Figure], **ranges: Sequence[float]) -> Any:
-    """Show a figure whose parameters can be varied.
+def vary(draw: Callable[..., Figure], **ranges: Sequence[float]) -> None:
+    """Show a figure whose parameters can be varied; returns nothing, since a notebook would show a returned widget again.
 
     Parameters
     ----------
@@ -145,10 +145,10 @@ def vary(draw: Callable[..., Figure], **ranges: Sequence[float]) -> Any:
     **ranges : (lowest, highest, step)
         For each parameter that gets a slider. Where ipywidgets is missing, call ``draw`` again with other values.
 
-    Returns
-    -------
-    ipywidgets.interactive or None
-        The sliders, where there are any.
+    Raises
+    ------
+    InputError
+        If a range is for no parameter of ``draw``, or for one without a default.
     """
     defaults = {name: one.default for name, one in inspect.signature(draw).parameters.items()}
     for name in ranges:
@@ -163,14 +163,12 @@ def vary(draw: Callable[..., Figure], **ranges: Sequence[float]) -> Any:
     if widgets is None:
         show(**{name: defaults[name] for name in ranges})
         print("to vary it: " + ", ".join(f"{name} from {low:g} to {high:g}" for name, (low, high, _) in ranges.items()))
-        return None
+        return
     sliders = {
         name: widgets.FloatSlider(value=defaults[name], min=low, max=high, step=step, description=name, continuous_update=False)
         for name, (low, high, step) in ranges.items()
     }
-    shown = widgets.interactive(show, **sliders)
-    _display("display", shown)
-    return shown
+    _display("display", widgets.interactive(show, **sliders))
 
 
 def _widgets() -> Any:

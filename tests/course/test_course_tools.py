@@ -87,7 +87,8 @@ def test_sliders_where_ipywidgets_is_installed(monkeypatch):
     monkeypatch.setattr(course_tools, "in_notebook", lambda: True)
     monkeypatch.setattr(course_tools, "_display", lambda kind, value: shown.append((kind, value)))
     monkeypatch.delenv("IMO_STATIC", raising=False)
-    sliders = course_tools.vary(drawing, depth=(0.0, 0.2, 0.1), frequency=(5.0, 60.0, 5.0))
+    course_tools.vary(drawing, depth=(0.0, 0.2, 0.1), frequency=(5.0, 60.0, 5.0))
+    sliders = shown[-1][1]
     assert isinstance(sliders, widgets.interactive)
     assert [(one.min, one.value, one.max) for one in sliders.children[:2]] == [(0.0, 0.1, 0.2), (5.0, 20.0, 60.0)]
     shown.clear()
@@ -97,5 +98,29 @@ def test_sliders_where_ipywidgets_is_installed(monkeypatch):
     assert first and "<svg" in first[-1]
     monkeypatch.setenv("IMO_STATIC", "1")
     shown.clear()
-    assert course_tools.vary(drawing, depth=(0.0, 0.2, 0.1)) is None
+    course_tools.vary(drawing, depth=(0.0, 0.2, 0.1))
     assert [kind for kind, _ in shown] == ["SVG"]
+
+
+VARIED = """from imo_analysis.course_tools import vary
+from imo_analysis.drawing import new_figure
+
+
+def drawing(depth=0.1):
+    return new_figure(height=2.0)[0]
+
+
+vary(drawing, depth=(0.0, 0.2, 0.1))"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("ending", "views"), [("", 1), (";", 1), ("\nimport ipywidgets\nipywidgets.FloatSlider()", 2)])
+def test_a_notebook_shows_the_sliders_once(monkeypatch, ending, views):
+    """In a kernel, as a reader's notebook runs: a cell shows what `vary` displays and what its last line is worth."""
+    nbformat, nbclient = pytest.importorskip("nbformat"), pytest.importorskip("nbclient")
+    pytest.importorskip("ipywidgets")
+    monkeypatch.delenv("IMO_STATIC", raising=False)
+    notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(VARIED + ending)])
+    nbclient.NotebookClient(notebook, timeout=120, kernel_name="python3").execute()
+    outputs = notebook.cells[0].outputs
+    assert sum("application/vnd.jupyter.widget-view+json" in one.get("data", {}) for one in outputs) == views
