@@ -71,8 +71,19 @@ def _run(argv: list[str]) -> int:
     name = argv[0]
     if name not in COMMANDS:
         raise InputError(f"{name!r} is not a command; choose one of: {', '.join(COMMANDS)}")
-    args = parser_of(name).parse_args(_joined(argv[1:]))
-    return int(_module(name).run(args))
+    return _called(name, parser_of(name).parse_args(_joined(argv[1:])))
+
+
+def _called(name: str, args: argparse.Namespace) -> int:
+    """Run the command; where it draws for a slide, all of it is in a block that says so."""
+    if getattr(args, "size", "column") == "column":
+        return int(_module(name).run(args))
+    if name != "report" and not (args.plot or getattr(args, "map", None)):
+        raise InputError(f"--size {args.size} is about a figure; ask for one too, such as with --plot FILE.svg")
+    from imo_analysis.drawing import sized
+
+    with sized(args.size):
+        return int(_module(name).run(args))
 
 
 def parser_of(name: str) -> argparse.ArgumentParser:
@@ -86,7 +97,10 @@ def parser_of(name: str) -> argparse.ArgumentParser:
         allow_abbrev=False,
     )
     command.add_arguments(parser)
-    parser.add_argument("--json", metavar="FILE", help="write the result as JSON (FORMATS.md); - for standard output")
+    if name == "report" or any(action.dest == "plot" for action in parser._actions):
+        parser.add_argument("--size", choices=("column", "slide"), default="column", metavar="SIZE",
+                            help="of figures: for a page column, or for a slide")
+    parser.add_argument("--json", metavar="FILE", help="write it as JSON (FORMATS.md); - for standard output")
     return parser
 
 

@@ -100,6 +100,11 @@ def sized(size: Size) -> Iterator[None]:
         _size.reset(before)
 
 
+def points(size: float) -> float:
+    """Points that stand for this many on a page column, for a letter that is smaller than the rest or for a space beside one."""
+    return size * float(settings(_size.get())["font.size"] / settings()["font.size"])
+
+
 def in_style(draw: Callable[P, T]) -> Callable[P, T]:
     """Decorator: the project's settings hold while the function draws."""
 
@@ -158,7 +163,7 @@ def new_figure(
     rows, columns : int
         Axes.
     width, height : float
-        Size of the whole figure in inches, as of a page column; on a slide it is as large as the slide allows.
+        Size of the whole figure in inches, as of a page column; on a slide it is as wide as the slide, and at most as high.
     **kwargs
         Passed to ``Figure.subplots``: ``sharex``, ``gridspec_kw``, ...
 
@@ -170,9 +175,10 @@ def new_figure(
     """
     from matplotlib.figure import Figure
 
-    factor = 1.0 if _size.get() == "column" else min(_SLIDE[0] / width, _SLIDE[1] / height)
+    if _size.get() == "slide":
+        width, height = _SLIDE[0], min(_SLIDE[1], height * _SLIDE[0] / width)
     with style():
-        figure = Figure(figsize=(factor * width, factor * height), layout="constrained")
+        figure = Figure(figsize=(width, height), layout="constrained")
         return figure, figure.subplots(rows, columns, **kwargs)
 
 

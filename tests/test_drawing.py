@@ -23,6 +23,7 @@ from imo_analysis.drawing import (
     named,
     new_figure,
     save_svg,
+    points,
     sized,
     style,
     svg_text,
@@ -190,8 +191,11 @@ def test_sizes() -> None:
     with sized("slide"):
         slide, axes = new_figure(width=7.2, height=4.0)
         with style():
-            assert mpl.rcParams["font.size"] > 15 and mpl.rcParams["font.serif"] == ["STIXGeneral"]
+            assert mpl.rcParams["font.size"] == 14.5 and mpl.rcParams["font.serif"] == ["STIXGeneral"]
+        high, _ = new_figure(width=7.2, height=7.0)
+        assert points(21.0) == pytest.approx(29.0)
     assert page.get_size_inches().tolist() == [7.2, 4.0]
     assert slide.get_size_inches().tolist() == pytest.approx([10.0, 5.5556], rel=1e-3)
-    assert axes.xaxis.label.get_size() > 15
+    assert high.get_size_inches().tolist() == [10.0, 5.625], "as wide as the slide, and never higher"
+    assert axes.xaxis.label.get_size() == 14.5 and points(21.0) == 21.0
     assert dict(mpl.rcParams) == before, "the reader's own settings are put back"

@@ -37,7 +37,7 @@ def plot_speed_torque(constant: xr.Dataset, modulated: xr.Dataset) -> Any:
     with style.style():
         for axis, (data, name, title) in zip(axes.flat, panels, strict=True):
             filled = _panel(axis, data, data[name])
-            axis.set_title(title, fontsize=8.5)
+            axis.set_title(title, fontsize=style.points(8.5))
         for axis in axes[1]:
             axis.set_xlabel(r"electrical speed $\omega$ (rad/s)")
         for axis in axes[:, 0]:
@@ -71,7 +71,7 @@ def _panel(axis: Any, data: xr.Dataset, values: xr.DataArray) -> Any:
     logarithm = np.clip(np.log10(np.where(np.isfinite(values.values), values.values, 1e9)), _LEVELS[0], _LEVELS[-1]).T
     filled = axis.contourf(x, y, logarithm, levels=_LEVELS, cmap="YlGnBu")
     lines = axis.contour(x, y, logarithm, levels=_LABELLED[1:-1], colors="black", linewidths=0.6, linestyles="-")
-    axis.clabel(lines, fmt=lambda level: f"$10^{{{round(level)}}}$", fontsize=7)
+    axis.clabel(lines, fmt=lambda level: f"$10^{{{round(level)}}}$", fontsize=style.points(7))
     for which, kind in zip(("stator_frequency", "slip"), _LOST_LINES, strict=True):
         zero = data[which].broadcast_like(data["slip"]).transpose("omega", "torque").values.T
         for path in _zero_lines(x, y, zero):
@@ -108,14 +108,14 @@ def plot_modulation(data: xr.Dataset) -> Any:
             filled = axis.contourf(x, y, logarithm, levels=_LEVELS, cmap="YlGnBu")
             lines = axis.contour(x, y, logarithm, levels=_LEVELS, colors="black", linewidths=0.5, linestyles="-")
             axis.clabel(lines, levels=[k for k in _LABELLED if k in lines.levels],
-                        fmt=lambda level: f"$10^{{{round(level)}}}$", fontsize=7)
+                        fmt=lambda level: f"$10^{{{round(level)}}}$", fontsize=style.points(7))
             axis.set(xscale="log", yscale="log", xlabel="frequency of the modulation (rad/s)")
-            axis.set_title(f"{symbol}, with the other unknown", fontsize=8.5)
+            axis.set_title(f"{symbol}, with the other unknown", fontsize=style.points(8.5))
             axis.grid(False)
         axes[0].set_ylabel("depth of the modulation (%)")
         figure.suptitle(rf"$\omega$ = {data.attrs['omega']:g} rad/s, torque {data.attrs['torque']:g} N m", x=0.02, ha="left",
-                        fontsize=9)
+                        fontsize=style.points(9))
         bar = figure.colorbar(filled, ax=axes, ticks=_LABELLED)
         bar.ax.set_yticklabels([f"$10^{{{k}}}$" for k in _LABELLED])
-        bar.set_label(_measurement(data), fontsize=7.5)
+        bar.set_label(_measurement(data), fontsize=style.points(7.5))
     return figure

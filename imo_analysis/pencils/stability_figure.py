@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from imo_analysis.drawing import new_figure, style
+from imo_analysis.drawing import new_figure, points, style
 from imo_analysis.errors import InputError
 from imo_analysis.pencils.maps import symbol_and_unit
 
@@ -105,7 +105,7 @@ def _panel(ax: Axes, part: xr.Dataset, quantity: str, x_name: str, y_name: str, 
     inside = [level for level in _LEVELS[quantity] if low < level < high]
     if inside:
         lines = ax.contour(x, y, np.ma.masked_invalid(values), levels=inside, colors=_INK, linewidths=0.7)
-        ax.clabel(lines, fontsize=7, fmt="%g")
+        ax.clabel(lines, fontsize=points(7), fmt="%g")
     if np.nanmin(decay) < 0:
         ax.contourf(x, y, decay, levels=[np.nanmin(decay) - 1.0, 0.0], colors="none", hatches=[_UNSTABLE])
         if np.nanmax(decay) > 0:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from imo_analysis.drawing import in_style, legend_above, line, new_figure
+from imo_analysis.drawing import in_style, legend_above, line, new_figure, points
 from imo_analysis.equations import lyapunov, transformation
 from imo_analysis.report.scenarios import Drawn, keep
 from imo_analysis.study import Study
@@ -103,7 +103,7 @@ def growth_figure(found: list[Growth]) -> Figure:
         if not np.isnan(one.crossing):
             axes.axvline(1e3 * one.crossing, color=line(one.observer).color, linewidth=0.8, linestyle=":")
             axes.annotate(r"$\hat{\omega}$ passes zero: V has a pole", (1e3 * one.crossing, 1.0), xytext=(5, 12),
-                          textcoords="offset points", fontsize=8)
+                          textcoords="offset points", fontsize=points(8))
     axes.axhline(1.0, color="#7a7a7a", linewidth=0.7)
     axes.set_xlabel("time (ms)")
     axes.set_yscale("log")

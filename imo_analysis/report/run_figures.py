@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from imo_analysis.drawing import LIMIT, TRUTH, in_style, legend_above, line, new_figure
+from imo_analysis.drawing import LIMIT, TRUTH, in_style, legend_above, line, new_figure, points
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -128,10 +128,10 @@ def alpha_figure(run: xr.Dataset, true_alpha: float, marks: dict[str, float], ob
     figure, (above, below) = new_figure(2, 1, height=4.0, sharex=True, gridspec_kw={"height_ratios": [2, 1]})
     above.axhline(true_alpha, color=TRUTH.color, linewidth=1.0)
     end = float(run["time"].values[-1])
-    above.annotate(f"true {true_alpha:.4g}", (end, true_alpha), ha="right", va="bottom", fontsize=8)
+    above.annotate(f"true {true_alpha:.4g}", (end, true_alpha), ha="right", va="bottom", fontsize=points(8))
     for label, value in marks.items():
         above.axhline(value, color=LIMIT.color, linestyle=LIMIT.linestyle, linewidth=1.0)
-        above.annotate(f"{label} {value:.4g}", (end, value), ha="right", va="bottom", fontsize=8, color="#555555")
+        above.annotate(f"{label} {value:.4g}", (end, value), ha="right", va="bottom", fontsize=points(8), color="#555555")
     for name in observers:
         _plot(above, run, run["alpha_hat"].sel(observer=name).values, label=name, **line(name).kwargs())
     _plot(below, run, run["omega"].values, color=TRUTH.color)

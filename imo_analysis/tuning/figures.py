@@ -32,11 +32,11 @@ def tuning_figure(front: xr.Dataset, speeds: xr.Dataset) -> Figure:
     figure, axes = new_figure(2, 2, width=7.6, height=7.0)
     for column, (role, label, scale) in enumerate(_ROLES):
         _front(axes[0, column], front, role, scale)
-        axes[0, column].set(xscale="log", yscale="log", xlabel=label, ylabel="noise of the speed estimate (rad/s)")
+        axes[0, column].set(xscale="log", yscale="log", xlabel=label, ylabel="noise of the speed (rad/s)")
     axes[0, 0].set_title("least noise for wished speed times")
     axes[0, 1].set_title("least noise for a wished recovery time")
     for column, (name, label, scale) in enumerate((("settling", "settling time (ms)", 1e3),
-                                                   ("noise", "noise of the speed estimate (rad/s)", 1.0))):
+                                                   ("noise", "noise of the speed (rad/s)", 1.0))):
         axis = axes[1, column]
         for observer in speeds["observer"].values:
             style = line(str(observer))

@@ -1,6 +1,7 @@
 """The command line itself: help is quick and light, faults are one line with exit code 2."""
 
 import json
+import re
 import subprocess
 import sys
 import warnings
@@ -43,6 +44,8 @@ def test_help_fits_a_screen_and_imports_nothing_heavy(command: str) -> None:
         (["poles", "--omega", "30,,60"], "--omega 30,,60 must be numbers"),
         (["excite", "x.nc", "--json", ""], "a file without a name"),
         (["study", "--machine", "table-iii"], "goes with --init"),
+        (["poles", "--size", "slide"], "--size slide is about a figure"),
+        (["poles", "--plot", "x.svg", "--size", "poster"], "choose from"),
     ],
 )
 def test_a_fault_is_one_line_and_exit_code_2(words: list[str], says: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -75,6 +78,29 @@ def test_a_place_that_takes_no_file_is_refused_before_the_run(
         said = capsys.readouterr()
         assert said.err.startswith(f"imo: cannot write {place}: {why}") and said.err.count("\n") == 1 and not said.out
     assert [path.name for path in tmp_path.iterdir()] == [f"folder.{ending}"]
+
+
+def test_every_command_that_draws_draws_for_a_slide_too() -> None:
+    for command in cli.COMMANDS:
+        options = {option for action in cli.parser_of(command)._actions for option in action.option_strings}
+        assert ("--size" in options) == (command == "report" or "--plot" in options), command
+
+
+def test_a_figure_for_a_slide(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Larger in letters and paper than one for a column, the same bytes each time; without --size it is for a column."""
+    monkeypatch.chdir(tmp_path)
+    for name, size in (("plain", []), ("column", ["--size", "column"]), ("slide", ["--size", "slide"]), ("again", ["--size", "slide"])):
+        assert cli.main(["poles", "--over", "omega=-150:150:31", "--plot", f"{name}.svg", "--map", f"{name}-map.svg", *size]) == 0
+    for kind in ("", "-map"):
+        plain, column, slide, again = (Path(f"{name}{kind}.svg").read_text() for name in ("plain", "column", "slide", "again"))
+        assert plain == column and slide == again
+        small, large = ({float(found) for found in re.findall(r"font-size: ([\d.]+)px", text)} for text in (column, slide))
+        assert max(small) < 13 <= min(large)
+        width, height = (float(re.search(rf'{side}="([\d.]+)pt"', slide)[1]) for side in ("width", "height"))  # type: ignore[index]
+        assert width == 720 and height <= 405, "16 to 9, in points"
+    from imo_analysis.drawing import new_figure
+
+    assert new_figure()[0].get_size_inches().tolist() == [7.2, 3.0], "the next command draws for a column again"
 
 
 def test_an_interrupt_is_one_line(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
