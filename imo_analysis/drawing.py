@@ -101,7 +101,7 @@ def sized(size: Size) -> Iterator[None]:
 
 
 def points(size: float) -> float:
-    """Points that stand for this many on a page column, for a letter that is smaller than the rest or for a space beside one."""
+    """Points that stand for so many on a page column, for letters smaller than the rest or a space beside them."""
     return size * float(settings(_size.get())["font.size"] / settings()["font.size"])
 
 

@@ -50,5 +50,6 @@ def _draw(axis: Any, result: xr.Dataset, name: str) -> None:
                       step="post", label="holds")
     axis.set_ylim(_FLOOR / 2, 30)
     axis.set_ylabel("eigenvalue (1)")
-    axis.set_title(f"{CONDITIONS[name].title}: {result.attrs['observer']}, T = {result.attrs['window']:g} s", pad=style.points(18))
+    axis.set_title(f"{CONDITIONS[name].title}: {result.attrs['observer']}, T = {result.attrs['window']:g} s",
+                   pad=style.points(18))
     style.legend_above(axis, ncols=count + 2, handlelength=1.6, columnspacing=0.9)

@@ -51,13 +51,15 @@ def _formula(latex: str, number: str = "") -> nodes.math_block:
 class Definition(_Page):
     """``definition``: the equations that a function of `imo_analysis.equations` stands for.
 
-    The body has a line for each argument that is not a symbol of its own name: ``x = i_ds i_qs``.
+    The body has a line for each argument that is not a symbol of its own name: ``x = i_ds i_qs``. Left sides are the names that
+    ``gives`` lists, or the sign of what is returned as a whole: a value, or a matrix with so many ``columns``.
     """
 
     required_arguments = 1
     has_content = True
     option_spec: ClassVar[dict[str, Any]] = {
-        "number": options.unchanged, "gives": options.unchanged, "rows": options.unchanged, "short": options.unchanged}
+        "number": options.unchanged, "gives": options.unchanged, "rows": options.unchanged, "short": options.unchanged,
+        "sign": options.unchanged, "columns": options.positive_int}
 
     def fill(self) -> list[nodes.Node]:
         """The rows as formulas; the number of the equation stands at the last."""
@@ -67,6 +69,8 @@ class Definition(_Page):
         if "rows" in self.options:
             first, _, last = self.options["rows"].partition("-")
             rows = rows[int(first) - 1 : int(last or first)]
+        if "sign" in self.options:
+            rows = [formulas.with_sign(rows, self.options["sign"], self.options.get("columns", 1))]
         source = f"{self.arguments[0]}".removeprefix("imo_analysis.equations.").replace(":", ".")
         said = nodes.paragraph(classes=["source"])
         said += [nodes.Text("from "), *_reference(self.env, f"imo_analysis.equations.{source}")]

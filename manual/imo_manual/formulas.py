@@ -80,6 +80,22 @@ def equations(function: Callable[..., Any], given: Mapping[str, str], left: Sequ
     return [_put_back(_row(head, row), shown) for head, row in zip(heads, rows, strict=True)]
 
 
+def with_sign(rows: Sequence[str], sign: str, columns: int) -> str:
+    """One formula ``sign = ...`` of the rows that `equations` gives, as a matrix of this many columns if there are several.
+
+    Raises
+    ------
+    InputError
+        If they do not fill it.
+    """
+    if len(rows) % columns:
+        raise InputError(f"{len(rows)} components do not fill rows of {columns}")
+    if len(rows) == 1:
+        return f"{sign} = {rows[0]}"
+    body = r" \\ ".join(" & ".join(rows[start : start + columns]) for start in range(0, len(rows), columns))
+    return rf"{sign} = \begin{{pmatrix}}{body}\end{{pmatrix}}"
+
+
 # the paper's number of a row: by the observer's source and the state, the rest of the states under ""
 NUMBERS = {
     "(2)-(4)": {"omega_hat": "(4)", "": "(2), (3)"},

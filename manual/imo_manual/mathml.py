@@ -15,8 +15,9 @@ from imo_analysis.report.math import font_face, mathml
 _LOG = logging.getLogger(__name__)
 _STYLE = """
 math{font-family:"Imo Math","STIX Two Math","Cambria Math",math;font-size:1.08em}
-.formula{display:flex;align-items:center;gap:1rem;overflow-x:auto;overflow-y:hidden;padding:.35rem 0;margin:.4rem 0}
-.formula .number{margin-left:auto;padding-left:1rem;color:var(--color-foreground-secondary);white-space:nowrap}
+.formula{display:flex;align-items:center;gap:1rem;margin:.4rem 0}
+.formula .number{margin-left:auto;color:var(--color-foreground-secondary);white-space:nowrap}
+.formula .scrolled{overflow-y:hidden;padding:.35rem 0;min-width:0}
 .formula + .formula{margin-top:-.2rem}
 """
 
@@ -38,9 +39,9 @@ def _block(self: Any, node: nodes.math_block) -> None:
     number = node.get("number_text") or (f"({node['number']})" if node.get("number") else "")
     said = f'<span class="number">{html.escape(number)}</span>' if number else ""
     ids = f' id="{node["ids"][0]}"' if node.get("ids") else ""
-    # a formula that is wider than the page is scrolled, so the keyboard must reach it
-    box = '<div class="formula" tabindex="0" role="group" aria-label="formula"'
-    self.body.append(f"{box}{ids}>{element(node.astext(), True, node)}{said}</div>\n")
+    # a formula that is wider than the page is scrolled beside its number, so the keyboard must reach it
+    box = f'<div class="scrolled" tabindex="0" role="group" aria-label="formula">{element(node.astext(), True, node)}</div>'
+    self.body.append(f'<div class="formula"{ids}>{box}{said}</div>\n')
     raise nodes.SkipNode
 
 

@@ -38,25 +38,26 @@ def unit(text: str) -> str:
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str | nodes.Node]], widths: Sequence[int] | None = None) -> nodes.table:
-    """A table whose cells are `inline` text or nodes."""
+    """A table whose cells are `inline` text or nodes; columns of a width of 6 and more are for sentences."""
+    widths = widths or [1] * len(head)
     group = nodes.tgroup(cols=len(head))
-    for width in widths or [1] * len(head):
+    for width in widths:
         group += nodes.colspec(colwidth=width)
     top = nodes.thead()
-    top += _row([paragraph(cell) for cell in head])
+    top += _row([paragraph(cell) for cell in head], widths)
     body = nodes.tbody()
     for row in rows:
-        body += _row([cell if isinstance(cell, nodes.Node) else paragraph(cell) for cell in row])
+        body += _row([cell if isinstance(cell, nodes.Node) else paragraph(cell) for cell in row], widths)
     group += [top, body]
     whole = nodes.table(classes=["wide"])
     whole += group
     return whole
 
 
-def _row(cells: Sequence[nodes.Node]) -> nodes.row:
+def _row(cells: Sequence[nodes.Node], widths: Sequence[int]) -> nodes.row:
     row = nodes.row()
-    for cell in cells:
-        entry = nodes.entry()
+    for cell, width in zip(cells, widths, strict=True):
+        entry = nodes.entry(classes=["said"] if width >= 6 else [])
         entry += cell
         row += entry
     return row

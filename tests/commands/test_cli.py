@@ -89,14 +89,16 @@ def test_every_command_that_draws_draws_for_a_slide_too() -> None:
 def test_a_figure_for_a_slide(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Larger in letters and paper than one for a column, the same bytes each time; without --size it is for a column."""
     monkeypatch.chdir(tmp_path)
-    for name, size in (("plain", []), ("column", ["--size", "column"]), ("slide", ["--size", "slide"]), ("again", ["--size", "slide"])):
-        assert cli.main(["poles", "--over", "omega=-150:150:31", "--plot", f"{name}.svg", "--map", f"{name}-map.svg", *size]) == 0
+    slide = ["--size", "slide"]
+    for name, size in (("plain", []), ("column", ["--size", "column"]), ("slide", slide), ("again", slide)):
+        files = ["--plot", f"{name}.svg", "--map", f"{name}-map.svg"]
+        assert cli.main(["poles", "--over", "omega=-150:150:31", *files, *size]) == 0
     for kind in ("", "-map"):
-        plain, column, slide, again = (Path(f"{name}{kind}.svg").read_text() for name in ("plain", "column", "slide", "again"))
-        assert plain == column and slide == again
-        small, large = ({float(found) for found in re.findall(r"font-size: ([\d.]+)px", text)} for text in (column, slide))
-        assert max(small) < 13 <= min(large)
-        width, height = (float(re.search(rf'{side}="([\d.]+)pt"', slide)[1]) for side in ("width", "height"))  # type: ignore[index]
+        plain, column, large, again = (Path(f"{name}{kind}.svg").read_text() for name in ("plain", "column", "slide", "again"))
+        assert plain == column and large == again
+        before, after = ({float(found) for found in re.findall(r"font-size: ([\d.]+)px", text)} for text in (column, large))
+        assert max(before) < 13 <= min(after)
+        width, height = (float(re.search(rf'{side}="([\d.]+)pt"', large)[1]) for side in ("width", "height"))  # type: ignore[index]
         assert width == 720 and height <= 405, "16 to 9, in points"
     from imo_analysis.drawing import new_figure
 

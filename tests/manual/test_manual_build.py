@@ -8,9 +8,12 @@ import re
 import shutil
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
+from contrast import CONTRAST, LARGE, TEXT
 from documents import MANUAL, TOP
 from imo_manual import formulas
 from imo_manual.names import modules
@@ -130,6 +133,20 @@ def test_formulas_are_mathml_in_the_font_s_letters(texts: dict[str, str]) -> Non
     assert not {letter for letter in letters if ord(letter) > 127 and ord(letter) not in font} - unseen
 
 
+def headless(text: str) -> list[str]:
+    """Formulas set apart that have no left side."""
+    found = re.findall(r'<div class="scrolled".*?</math></div>', text, re.DOTALL)
+    return [formula for formula in found if not re.search(r">(?:=|&#x0003D;|&#x02264;|&#x02265;)</mo>", formula)]
+
+
+def test_every_formula_set_apart_says_of_what(texts: dict[str, str]) -> None:
+    pages = [name for name in texts if name.startswith("theory/")]
+    assert len(pages) == 6 and sum(texts[name].count('class="scrolled"') for name in pages) > 60
+    assert not [(name, formula) for name in pages for formula in headless(texts[name])]
+    machine = texts["theory/machine.html"]
+    assert len(headless(re.sub(r"<mo[^>]*>(?:=|&#x0003D;)</mo>", "", machine))) == machine.count('class="scrolled"')
+
+
 def strip(text: str) -> str:
     """The page without attributes, of which MathML's have LaTeX in them."""
     return re.sub(r"<[^>]*>", " ", re.sub(r"<script.*?</script>", "", text, flags=re.DOTALL))
@@ -236,3 +253,59 @@ def test_every_page_in_a_browser(folder: Path, texts: dict[str, str], tmp_path: 
         assert one["loaded"] == [], name
         assert one["inner"] == width and one["width"] <= width, f"{name} is wider than the window"
         assert one["math"] > 5, name
+
+
+@pytest.fixture(scope="module")
+def chromium() -> Iterator[Any]:
+    try:
+        from playwright.sync_api import sync_playwright
+    except ImportError:
+        if os.environ.get("CI") == "true":
+            pytest.fail("playwright is missing; CI installs it")
+        pytest.skip("playwright is not installed")
+    with sync_playwright() as playwright:
+        started = playwright.chromium.launch(executable_path=browser(), args=["--no-sandbox", "--disable-gpu"])
+        yield started
+        started.close()
+
+
+def opened(chromium: Any, file: Path, width: int = 1280, dark: bool = False) -> Any:
+    page = chromium.new_context(viewport={"width": width, "height": 900}, color_scheme="dark" if dark else "light").new_page()
+    page.goto(file.as_uri())
+    return page
+
+
+def pale(page: Any) -> list[tuple[float, str]]:
+    return [(round(ratio, 2), what) for ratio, large, what in page.evaluate(CONTRAST) if ratio < (LARGE if large else TEXT)]
+
+
+@pytest.mark.parametrize("dark", [False, True])
+@pytest.mark.parametrize("name", ["index", "tutorial", "numbers", "how-to/machine", "theory/observers", "reference/study"])
+def test_contrast(chromium: Any, folder: Path, name: str, dark: bool) -> None:
+    page = opened(chromium, folder / f"{name}.html", dark=dark)
+    assert (page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)") != dark
+    assert len(page.evaluate(CONTRAST)) > 4
+    assert pale(page) == []
+    page.add_style_tag(content="article p{color:#888!important;background:#8f8f8f!important}")
+    assert pale(page), "a pale letter is seen"
+
+
+def test_a_formula_that_is_too_wide_scrolls_beside_its_number(chromium: Any, folder: Path) -> None:
+    page = opened(chromium, folder / "theory" / "observers.html", width=380)
+    right = page.eval_on_selector_all(".formula .number", "all => all.map(e => e.getBoundingClientRect().right)")
+    assert len(right) > 10 and max(right) <= 380
+    wide = page.eval_on_selector_all(".formula .scrolled", """all => all.filter(e => e.scrollWidth > e.clientWidth).map(
+        e => [getComputedStyle(e).overflowX, getComputedStyle(e).backgroundImage.split("linear-gradient").length - 1, e.tabIndex])""")
+    assert wide and all(one == ["auto", 4, 0] for one in wide), "its edge is dark, and the keyboard reaches it"
+
+
+@pytest.mark.parametrize("name", ["notation", "observers", "study"])
+def test_sentences_in_tables_have_room(chromium: Any, folder: Path, name: str) -> None:
+    """The column of what a thing means is wider than any of single words."""
+    page = opened(chromium, folder / "reference" / f"{name}.html")
+    tables = page.eval_on_selector_all("table.wide", """all => all.map(t => [...t.querySelectorAll("tbody tr:first-child td")].map(
+        e => [e.classList.contains("said"), e.getBoundingClientRect().width]))""")
+    assert tables
+    for cells in tables:
+        said = [width for sentence, width in cells if sentence]
+        assert said and min(said) >= 200 and min(said) > max(width for sentence, width in cells if not sentence), cells
