@@ -58,15 +58,18 @@ def drawn(study: Study, data: dict[str, Any], folder: Path) -> Searched:
     figure = tuning_figure(front_data(study, results), over_speed(study, results))
     return Searched(results, keep(
         folder, "searched", figure, "What the search finds. Above: the least noise for wished times, with the gains of the "
-        "study, the rule's, and the chosen ones. Below: settling time and noise over the speed, the study's gains dotted."),
+        "study, the rule's, and the chosen ones. Below: settling time and noise over the speed, the study's gains thin and pale."),
         data["refused"])
 
 
 def _tuned(data: dict[str, Any]) -> Tuned:
+    from imo_analysis.tuning.schedule import Alone
     from imo_analysis.tuning.search import Found
-    from imo_analysis.tuning.tune import Tuned, Verified
+    from imo_analysis.tuning.tune import Tuned
+    from imo_analysis.tuning.verify import Verified
 
     single = {key: Found(**data[key]) for key in ("before", "rule", "chosen")}
-    checked = {key: Verified(**data[key]) for key in ("verified", "verified_before")}
+    checked = {key: Verified(**data[key]) for key in ("verified_before", "verified_rule", "verified")}
     front = [Found(**one) for one in data["front"]]
-    return Tuned(**{**data, "signs": tuple(data["signs"]), "front": front, **single, **checked})
+    schedule = [Alone(**one) for one in data["schedule"]]
+    return Tuned(**{**data, "signs": tuple(data["signs"]), "front": front, "schedule": schedule, **single, **checked})

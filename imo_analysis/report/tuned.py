@@ -2,13 +2,14 @@
 
 Nothing is searched for here: ``imo tune`` does that. The rule is `imo_analysis.tuning.rule`, the judge the exact linearisation
 over the range of speeds, loads and parameter errors of the study's table ``[tuning]``; the run has noise and both directions.
+Whether a wish is met is said only where the simulations of `imo_analysis.tuning.verify` agree.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -49,6 +50,8 @@ class Judged:
         Whether only positive speeds are judged, because at negative ones it is unstable.
     missed : list of str
         Quantities that miss the wish.
+    faults : list of str
+        What keeps simulations with noise and parameter errors from bearing it out.
     measured : float
         Root mean square error of the speed in the run at its constant speeds, in rad/s; NaN where it was not run.
     """
@@ -59,6 +62,7 @@ class Judged:
     values: dict[str, float]
     forward: bool
     missed: list[str]
+    faults: list[str]
     measured: float = math.nan
 
     @property
@@ -96,8 +100,7 @@ def tuned(study: Study, folder: Path) -> Tuned:
         wish = Wish.of(study)
         rules = {name: {**study.observers[name].gains,
                         **rule_gains(wish.machine, study.observers[name].kind, wish.flux, wish.times)} for name in names}
-        found = [_judge(wish, study, name, dict(gains), rule)
-                 for name in names for rule, gains in ((False, study.observers[name].gains), (True, rules[name]))]
+        found = [one for name in names for one in _judge(wish, study, name, rules[name])]
     except InputError as error:
         return Tuned(None, [], None, None, None, math.nan, str(error))
     drawn = None
@@ -113,17 +116,23 @@ def tuned(study: Study, folder: Path) -> Tuned:
     return Tuned(wish, found, drawn, *_compared(wish, folder))
 
 
-def _judge(wish: Wish, study: Study, name: str, gains: dict[str, float], rule: bool) -> Judged:
-    """Over both directions; over the positive one alone where the other is unstable."""
+def _judge(wish: Wish, study: Study, name: str, rule: dict[str, float]) -> list[Judged]:
+    """The study's gains and the rule's, over both directions; over the positive one alone where the other is unstable."""
+    from imo_analysis.tuning.verify import faults, verify
     from imo_analysis.tuning.wish import judge, missed
 
-    kind = study.observers[name].kind
-    values, forward = judge(wish, kind, gains), False
-    if not math.isfinite(values["recovery"]) and len(wish.signs) > 1:
-        ahead = judge(wish, kind, gains, (1.0,))
-        if math.isfinite(ahead["recovery"]):
-            values, forward = ahead, True
-    return Judged(name, rule, gains, values, forward, missed(wish.limits, values))
+    kind, rows = study.observers[name].kind, []
+    for gains in (dict(study.observers[name].gains), rule):
+        values, forward = judge(wish, kind, gains), False
+        if not math.isfinite(values["recovery"]) and len(wish.signs) > 1:
+            ahead = judge(wish, kind, gains, (1.0,))
+            if math.isfinite(ahead["recovery"]):
+                values, forward = ahead, True
+        rows.append((gains, values, forward))
+    signs = (1.0,) if any(forward for *_, forward in rows) else wish.signs
+    seen = verify(study, name, wish, signs, [gains for gains, *_ in rows])
+    return [Judged(name, place == 1, gains, values, forward, missed(wish.limits, values), faults(seen[place], seen[0], wish.limits))
+            for place, (gains, values, forward) in enumerate(rows)]
 
 
 def _speeds(wish: Wish) -> list[float]:
@@ -157,8 +166,7 @@ def _measured(one: Judged, run: xr.Dataset, wish: Wish) -> Judged:
     error = (run["omega"] - run["omega_hat"].sel(observer=name)).values
     late = (run["time"].values % HOLD) > (1 - LATE) * HOLD
     ahead = run["omega"].values > 0 if one.forward else np.ones(len(error), dtype=bool)
-    return Judged(one.observer, one.rule, one.gains, one.values, one.forward, one.missed,
-                  float(np.sqrt(np.mean(error[late & ahead] ** 2))))
+    return replace(one, measured=float(np.sqrt(np.mean(error[late & ahead] ** 2))))
 
 
 @in_style

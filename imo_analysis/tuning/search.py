@@ -139,7 +139,7 @@ class Search:
             x = self._evolved(nearer)
             gains = {name: float(value) for name, value in self.gains(x).items()}
             tried = self.judged(gains, limits, role)
-            if found is None or self._rank(tried) < self._rank(found):
+            if found is None or self.rank(tried) < self.rank(found):
                 found = tried
             over = {name: tried.values[name] / limits[name] for name in tried.missed if name != "bias"}
             if not over or not all(map(math.isfinite, over.values())):
@@ -149,7 +149,8 @@ class Search:
         return found
 
     @staticmethod
-    def _rank(found: Found) -> tuple[float, float]:
+    def rank(found: Found) -> tuple[float, float]:
+        """How gains are compared: by what they miss, then by their noise; less is better."""
         return float(excess(found.limits, found.values)) if found.missed else 0.0, found.values["noise"]
 
     def _evolved(self, limits: dict[str, float]) -> Array:

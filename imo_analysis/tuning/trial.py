@@ -2,14 +2,16 @@
 
 Three trials, all on `imo_analysis.sweeps.batch`: the same drive for all, field-oriented control on the measured speed.
 
-- ``drive``: speeds over the whole range, reversals and loads, each machine with errors of its own. For the choice the machines
-  are the right one and the corners of the uncertainty; for the verification machines, speeds, loads and noise are drawn anew.
+- ``drive``: machines with errors drawn at random on speeds over the whole range, reversals and loads drawn too; and the corners:
+  every combination of the largest errors, at the ends of the range, with the largest load either way, held for seconds, so that
+  an estimate that only slowly leaves is seen.
 - ``noise``: constant speeds, right parameters: the deviation that the linearisation predicts.
 - ``settling``: an estimate that starts 1 rad/s off: the time that the linearisation predicts.
 """
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -26,7 +28,8 @@ from imo_analysis.tuning.wish import Wish
 Array = NDArray[np.float64]
 _STEPS = 8  # of the speed in a trial
 _HELD, _RAMP, _START = 0.5, 0.5, 0.5  # s: how long each speed is held, the way to the next; from when on errors count
-_HEAVY, _NO_TORQUE = 1e4, 1.001
+_HEAVY, _NO_TORQUE = 1e4, 1e-6
+_CORNER, _ON = 4.0, 1.0  # s: how long a corner is held; from when on errors count there
 _OFF, _SHARE = 1.0, 0.02  # rad/s; of it, what counts as settled
 
 
@@ -37,19 +40,26 @@ class Driven:
     Attributes
     ----------
     lost : ndarray
-        Share of the machines whose estimate was lost.
+        Share of all runs, random and corners, whose estimate was lost: it left all bounds, or its rms error is above the highest
+        speed of the range.
+    rms : ndarray
+        Root mean square error of the speed over all runs together in rad/s; infinity where one was lost.
     rms_median, rms_95 : ndarray
-        Median and 95th percentile over the machines of the rms error of the speed in rad/s; infinity where it was lost.
+        Median and 95th percentile over the random runs of the rms error of the speed in rad/s; infinity where it was lost.
+    corner : ndarray
+        The largest rms error of the speed in a corner in rad/s; infinity where it was lost.
     """
 
     lost: Array
+    rms: Array
     rms_median: Array
     rms_95: Array
+    corner: Array
 
 
 def drive(
     study: Study, name: str, candidates: Sequence[Mapping[str, float]], wish: Wish, signs: tuple[float, ...], seed: int,
-    runs: int = 0, jobs: int | None = 1,
+    runs: int, jobs: int | None = 1,
 ) -> Driven:
     """Drive machines with errors over the range of speeds; each candidate on the same machines.
 
@@ -66,54 +76,97 @@ def drive(
     signs : tuple of float
         Directions.
     seed : int
-        Of noise and, with ``runs``, of machines, speeds and loads.
+        Of noise, machines, speeds and loads.
     runs : int
-        Machines drawn at random; 0 for the right one and the corners.
+        Machines drawn at random; the corners come on top of them.
     """
+    free = _random(study, name, candidates, wish, signs, seed, runs, jobs)
+    held = _corners(study, name, candidates, wish, signs, seed, jobs)
+    every = np.concatenate([free, held], axis=1)
+    return Driven(np.isinf(every).mean(axis=1), np.sqrt((every**2).mean(axis=1)), np.median(free, axis=1),
+                  np.quantile(free, 0.95, axis=1, method="higher"), held.max(axis=1))
+
+
+def _random(
+    study: Study, name: str, candidates: Sequence[Mapping[str, float]], wish: Wish, signs: tuple[float, ...], seed: int,
+    runs: int, jobs: int | None,
+) -> Array:
+    """Rms errors of the speed, shape (candidates, runs), each run with a machine, speeds and loads of its own."""
     rng = np.random.default_rng(seed)
-    errors = [{}, *wish.corners()] if runs == 0 else [
-        {key: float(rng.uniform(-size, size)) for key, size in wish.uncertainty.items()} for _ in range(runs)]
-    count = len(errors)
-    torque = _torque(wish)
+    errors = {key: rng.uniform(-size, size, runs) for key, size in wish.uncertainty.items()}
+    torque, steps = _torque(wish), _STEPS // 2
     ramp = max(_RAMP, wish.high * wish.machine.J / (wish.machine.n_p * torque)) if torque > 0 else _RAMP
-    time = np.concatenate([[0.0], np.cumsum([_HELD, ramp] * (_STEPS // 2))])[: 2 * (_STEPS // 2)]
-    speeds, loads = _profile(wish, signs, torque, count, rng if runs else None)
-    values = {f"reference.omega.{n}": np.tile(speeds[:, n // 2], len(candidates)) for n in range(len(time))}
-    values |= {f"load.T_l.{n}": np.tile(loads[:, n // 2], len(candidates)) for n in range(1, len(time))}
-    values |= {"initial.omega": np.tile(speeds[:, 0], len(candidates)),
-               f"observers.{name}.initial.omega_hat": np.tile(speeds[:, 0], len(candidates))}
-    for key in wish.uncertainty:
-        # observers believe the study's machine; the one that turns differs from it
-        real = [getattr(wish.machine, key) * (1 + one.get(key, 0.0)) for one in errors]
-        values[f"machine.{key}"] = np.tile(real, len(candidates))
-    values |= _gain_fields(name, candidates, count)
+    time = np.concatenate([[0.0], np.cumsum([_HELD, ramp] * steps)])[: 2 * steps]
+    speeds = rng.uniform(wish.low, wish.high, (runs, steps)) * rng.choice(signs, (runs, steps))
+    loads = rng.uniform(-torque, torque, (runs, steps))
+    lanes = {f"reference.omega.{n}": speeds[:, n // 2] for n in range(len(time))}
+    lanes |= {f"load.T_l.{n}": loads[:, n // 2] for n in range(1, len(time))}
     tables = {"reference": {"shape": "linear", "time": time.tolist(), "omega": [0.0] * len(time)},
               "load": {"shape": "linear", "time": (time + np.where(time > 0, 0.1, 0.0)).tolist(), "T_l": [0.0] * len(time)}}
-    one = _prepared(study, name, candidates[0], wish, tables, float(time[-1]) + _HELD, seed, wish.current_noise)
-    T = one.simulation.sample_time
-    found = run_batch(one, values, nominal=True, window=(round(_START / T), one.simulation.samples), jobs=jobs)
-    rms = _rms(found, name).reshape(len(candidates), count)
-    return Driven(np.isinf(rms).mean(axis=1), np.median(rms, axis=1), np.quantile(rms, 0.95, axis=1, method="higher"))
+    return _errors(study, name, candidates, wish, tables, lanes | _started(name, speeds[:, 0]) | _machines(wish, errors),
+                   (_START, float(time[-1]) + _HELD), seed, jobs)
+
+
+def _corners(
+    study: Study, name: str, candidates: Sequence[Mapping[str, float]], wish: Wish, signs: tuple[float, ...], seed: int,
+    jobs: int | None,
+) -> Array:
+    """Rms errors of the speed, shape (candidates, corners): right parameters too, each end of the range, each load."""
+    loads = (-1.0, 1.0) if wish.slip > 0 else (0.0,)
+    every = list(itertools.product([{}, *wish.corners()], signs, (wish.low, wish.high), loads))
+    errors = {key: np.array([one.get(key, 0.0) for one, *_ in every]) for key in wish.uncertainty}
+    omega = np.array([sign * speed for _, sign, speed, _ in every])
+    machines = _machines(wish, errors)
+    # the load that makes the largest slip of the wish in this machine
+    alpha = machines.get("machine.R_r", wish.machine.R_r) / machines.get("machine.L_r", wish.machine.L_r)
+    L_r = machines.get("machine.L_r", wish.machine.L_r)
+    load = np.array([sign for *_, sign in every]) * _torque(wish) * wish.machine.alpha * wish.machine.L_r / (alpha * L_r)
+    tables = {"reference": {"shape": "steps", "time": [0.0], "omega": [0.0]},
+              "load": {"shape": "linear", "time": [0.0, 0.1, 0.3], "T_l": [0.0, 0.0, 0.0]}}
+    lanes = {"reference.omega.0": omega, "load.T_l.2": load} | _started(name, omega) | machines
+    return _errors(study, name, candidates, wish, tables, lanes, (_ON, _CORNER), seed, jobs)
+
+
+def _machines(wish: Wish, errors: Mapping[str, Array]) -> dict[str, Array]:
+    """The machines that turn: observers go on believing the study's, which then is wrong by these errors."""
+    return {f"machine.{key}": getattr(wish.machine, key) / (1 + one) for key, one in errors.items()}
+
+
+def _started(name: str, omega: Array) -> dict[str, Array]:
+    return {"initial.omega": omega, f"observers.{name}.initial.omega_hat": omega}
+
+
+def _errors(
+    study: Study, name: str, candidates: Sequence[Mapping[str, float]], wish: Wish, tables: dict[str, Any],
+    lanes: Mapping[str, Array], span: tuple[float, float], seed: int, jobs: int | None,
+) -> Array:
+    """Rms error of the speed of each candidate in each lane, from the first time of the span to the end."""
+    count = len(next(iter(lanes.values())))
+    values = {key: np.tile(one, len(candidates)) for key, one in lanes.items()} | _gain_fields(name, candidates, count)
+    one = _prepared(study, name, candidates[0], wish, tables, span[1], seed, wish.current_noise)
+    window = round(span[0] / one.simulation.sample_time), one.simulation.samples
+    return _rms(run_batch(one, values, nominal=True, window=window, jobs=jobs), name, wish).reshape(len(candidates), count)
 
 
 def noise(study: Study, name: str, gains: Mapping[str, float], wish: Wish, omega: Array, seed: int) -> Array:
-    """Deviation of the speed estimate in rad/s at constant speeds, right parameters, no load."""
+    """Deviation of the speed estimate in rad/s at constant speeds, right parameters, no load; infinity where it is lost."""
     one = _prepared(study, name, gains, wish, _still(), 3.0, seed, wish.current_noise)
     T = one.simulation.sample_time
-    return _rms(run_batch(one, _at(name, omega, omega), window=(round(1.0 / T), one.simulation.samples), jobs=1), name)
+    return _rms(run_batch(one, _at(name, omega, omega), window=(round(1.0 / T), one.simulation.samples), jobs=1), name,
+                wish)
 
 
 def settling(study: Study, name: str, gains: Mapping[str, float], wish: Wish, omega: Array) -> Array:
     """Time in s until an estimate that starts `_OFF` too low stays within 2 % of that, no noise, no load; infinity if never.
 
-    The inertia is made so large that the speed stays, for an estimate lags a speed that moves; and alpha_hat is held (g = 0),
-    for the drive starts with a jerk of torque, of which alpha_hat would take its share. The current is limited to the flux's.
+    Inertia is made so large, and the drive's speed loop so slow, that the speed stays and no torque is asked for: an estimate
+    lags a speed that moves, and a torque that follows the sampled speed would shake the flux. alpha_hat is held (g = 0).
     """
     gains = {**gains, "g": 0.0} if "g" in gains else gains
     duration = min(8.0, 3 * wish.limits["recovery"])
     one = _prepared(study, name, gains, wish, _still(), duration, 0, 0.0)
     values = _at(name, omega, omega - _OFF) | {"machine.J": np.full(len(omega), _HEAVY * wish.machine.J)}
-    values["drive.current_limit"] = np.full(len(omega), _NO_TORQUE * one.initial.i_ds)
+    values["drive.speed_bandwidth"] = np.full(len(omega), _NO_TORQUE * one.drive.speed_bandwidth)
     found = run_batch(one, values, window=(0, one.simulation.samples), band=_SHARE * _OFF, jobs=1)
     last = found.tallies[f"{name}/outside"]
     well = (found.tallies[f"{name}/lost"] < 0) & (last < one.simulation.samples - 1)
@@ -124,18 +177,6 @@ def _torque(wish: Wish) -> float:
     """The load torque in N m that makes the wish's largest slip."""
     machine = wish.machine
     return 1.5 * machine.n_p * wish.flux**2 * wish.slip / (machine.alpha * machine.L_r)
-
-
-def _profile(wish: Wish, signs: tuple[float, ...], torque: float, count: int, rng: Any) -> tuple[Array, Array]:
-    """Speeds and loads of each machine at each step, shape (machines, steps)."""
-    steps = _STEPS // 2
-    if rng is None:
-        omega = np.array([wish.low, wish.high, -wish.high, -wish.low])
-        if len(signs) == 1:
-            omega = np.array([wish.low, wish.high, wish.middle, wish.low])
-        return np.tile(omega, (count, 1)), np.tile(np.array([0.0, torque, torque, -torque]) * np.sign(omega), (count, 1))
-    return (rng.uniform(wish.low, wish.high, (count, steps)) * rng.choice(signs, (count, steps)),
-            rng.uniform(-torque, torque, (count, steps)))
 
 
 def _gain_fields(name: str, candidates: Sequence[Mapping[str, float]], count: int) -> dict[str, Array]:
@@ -152,10 +193,12 @@ def _still() -> dict[str, Any]:
             "load": {"shape": "steps", "time": [0.0], "T_l": [0.0]}}
 
 
-def _rms(found: Summary, name: str) -> Array:
+def _rms(found: Summary, name: str, wish: Wish) -> Array:
+    """Rms error of the speed; infinity where bounds are left, or where it is above every speed of the range."""
     first, last = found.window
-    lost = (found.tallies[f"{name}/lost"] >= 0) | (found.machine_lost >= 0)
-    return np.where(lost, np.inf, np.sqrt(found.tallies[f"{name}/speed_square"] / (last - first)))
+    rms = np.sqrt(found.tallies[f"{name}/speed_square"] / (last - first))
+    lost = (found.tallies[f"{name}/lost"] >= 0) | (found.machine_lost >= 0) | ~(rms <= wish.high)
+    return np.where(lost, np.inf, rms)
 
 
 def _prepared(

@@ -2,9 +2,10 @@
 
 For each observer: the gains that the study has, those of the rule of thumb, and the front between noise and times about the
 wish (`imo_analysis.tuning.search`). Of all that meet the wish on the linearisation (and, where the study's own gains do not,
-are nowhere worse than those, if there are such) the one is chosen whose estimate is best in closed loop with noise, at the
-corners of the uncertainty (`imo_analysis.tuning.trial`); where none meets it, the one that comes nearest. The choice is then
-verified on machines, speeds, loads and noise that had no part in it.
+are nowhere worse than those, if there are such) the one is chosen whose estimate is best in closed loop with noise and with
+parameters that are off, at random and at the corners of the uncertainty (`imo_analysis.tuning.trial`); where none meets it, the
+one that comes nearest. The choice is then verified beside the other two on machines, speeds, loads and noise that had no part
+in it (`imo_analysis.tuning.verify`), and compared with gains for one speed alone (`imo_analysis.tuning.schedule`).
 """
 
 from __future__ import annotations
@@ -21,39 +22,16 @@ from imo_analysis.study import Study
 from imo_analysis.tuning import trial
 from imo_analysis.tuning.loops import ADAPTIVE, TUNABLE
 from imo_analysis.tuning.response import response
+from imo_analysis.tuning.schedule import Alone, alone
 from imo_analysis.tuning.search import Found, Search, front
-from imo_analysis.tuning.wish import QUANTITIES, Wish, excess, judge
+from imo_analysis.tuning.verify import Verified, faults, verify
+from imo_analysis.tuning.wish import QUANTITIES, Wish, excess, judge, missed
 
 if TYPE_CHECKING:
     import xarray as xr
 
 _COMPARED = ("settling", "recovery", "overshoot", "noise")
-_UNSEEN_SEED = 7919  # added to the seed for what the choice has not seen
-_UNSEEN_SPEEDS = (0.07, 0.37, 0.83)  # of the range, on a logarithmic scale
-STEPS = 2 * 36 + 7 * 18  # generations of one observer's search, rounds that are made again aside
-
-
-@dataclass(frozen=True)
-class Verified:
-    """What simulations say that had no part in the choice.
-
-    Attributes
-    ----------
-    lost, rms_median, rms_95 : float
-        Of `Study.tuning.runs` random machines, speeds and loads: share whose estimate was lost; rms speed error in rad/s.
-    noise, settling : float
-        In rad/s and s, worst of a few other speeds at right parameters, idle, in simulation ...
-    noise_predicted, settling_predicted : float
-        ... and by the linearisation at the same speeds.
-    """
-
-    lost: float
-    rms_median: float
-    rms_95: float
-    noise: float
-    noise_predicted: float
-    settling: float
-    settling_predicted: float
+STEPS = 2 * 36 + 7 * 18 + 3 * 36  # generations of one observer's search, rounds that are made again aside
 
 
 @dataclass(frozen=True)
@@ -74,8 +52,10 @@ class Tuned:
         The search's.
     reason : str
         Of the choice.
-    verified, verified_before : Verified
-        The choice and the study's gains on the same simulations.
+    verified_before, verified_rule, verified : Verified
+        The study's gains, the rule's and the choice on the same simulations.
+    schedule : list of Alone
+        The best gains for one speed alone.
     """
 
     name: str
@@ -87,8 +67,15 @@ class Tuned:
     chosen: Found
     front: list[Found]
     reason: str
-    verified: Verified
     verified_before: Verified
+    verified_rule: Verified
+    verified: Verified
+    schedule: list[Alone]
+
+    @property
+    def faults(self) -> list[str]:
+        """Why the choice is not verified; empty where it is."""
+        return faults(self.verified, self.verified_before, self.chosen.limits)
 
     @property
     def price(self) -> list[str]:
@@ -149,11 +136,11 @@ def tune(study: Study, name: str, tick: Callable[[], None] = lambda: None) -> Tu
         other = Search(wish, kind, signs, seed, kept, tick, rising=True)
         found += [other.best({**wish.limits, "recovery": share * wish.limits["recovery"]}, "recovery") for share in (1.0, 0.5)]
     chosen, reason = _choice(study, name, wish, signs, seed, before, [*found, rule, before])
-    runs = study.tuning.runs
-    both = [chosen.gains, before.gains]
-    driven = trial.drive(study, name, both, wish, signs, seed + _UNSEEN_SEED, runs)
-    verified = [_verified(study, name, kind, gains, wish, signs, seed, driven, n) for n, gains in enumerate(both)]
-    return Tuned(name, kind, signs, note, before, rule, chosen, found, reason, verified[0], verified[1])
+    able = [one for one in (*found, rule, before) if not missed(wish.limits, one.values)]
+    steady = min(able, key=lambda one: one.values["noise"], default=chosen)
+    schedule = alone(wish, kind, signs, seed, kept, steady, tick)
+    verified = verify(study, name, wish, signs, [before.gains, rule.gains, chosen.gains])
+    return Tuned(name, kind, signs, note, before, rule, chosen, found, reason, *verified, schedule)
 
 
 def _choice(
@@ -171,36 +158,34 @@ def _choice(
         able = better
         which += f", {len(able)} of them nowhere worse than the study's own in {', '.join(_COMPARED)}," if len(able) > 1 else (
             f" the only one nowhere worse than the study's own in {', '.join(_COMPARED)};")
-    driven = trial.drive(study, name, [one.gains for one in able], wish, signs, seed)
-    best = int(np.argmin(driven.rms_95))
-    if not np.isfinite(driven.rms_95[best]):
+    settled = [one for one in able if _settles(study, name, wish, signs, one)]
+    if settled and len(settled) < len(able):
+        able = settled
+        which += f", {len(able)} of them as quick in simulation,"
+    driven = trial.drive(study, name, [one.gains for one in able], wish, signs, seed, study.tuning.runs)
+    best = int(np.argmin(driven.rms))
+    if not np.isfinite(driven.rms[best]):
         quiet = min(able, key=lambda one: one.values["noise"])
         return quiet, f"{which} the quietest; in simulation each loses the speed of some machine"
     if len(able) == 1:
-        return able[0], f"{which} {driven.rms_95[0]:.3g} rad/s rms of error in simulation, with noise and the uncertainty"
-    rest = np.delete(driven.rms_95, best)
-    return able[best], (f"{which} the one with the smallest error in simulation, {driven.rms_95[best]:.3g} rad/s rms with "
+        return able[0], f"{which} {driven.rms[0]:.3g} rad/s rms of error in simulation, with noise and the uncertainty"
+    rest = np.delete(driven.rms, best)
+    return able[best], (f"{which} the one with the smallest error in simulation, {driven.rms[best]:.3g} rad/s rms with "
                         f"noise and the uncertainty (others {rest.min():.3g} to {rest.max():.3g})")
 
 
-def _verified(
-    study: Study, name: str, kind: str, gains: dict[str, float], wish: Wish, signs: tuple[float, ...], seed: int,
-    driven: trial.Driven, place: int,
-) -> Verified:
-    omega = np.array([sign * wish.low * (wish.high / wish.low) ** share for sign in signs for share in _UNSEEN_SPEEDS])
-    predicted = response(wish.machine, kind, gains, OperatingPoint(omega, wish.flux, 0.0 * omega))
-    return Verified(
-        float(driven.lost[place]), float(driven.rms_median[place]), float(driven.rms_95[place]),
-        float(trial.noise(study, name, gains, wish, omega, seed + _UNSEEN_SEED).max()),
-        float(predicted.noise.max() * wish.noise_scale),
-        float(trial.settling(study, name, gains, wish, omega).max()), float(predicted.settling.max()))
+def _settles(study: Study, name: str, wish: Wish, signs: tuple[float, ...], one: Found) -> bool:
+    """Whether it settles in simulation within the wish, at the ends and the middle of the range."""
+    omega = np.array([sign * speed for sign in signs for speed in (wish.low, wish.middle, wish.high)])
+    return bool(trial.settling(study, name, one.gains, wish, omega).max() <= wish.limits["settling"])
 
 
 def with_gains(study: Study, results: Sequence[Tuned]) -> Study:
-    """The study with the chosen gains, in its scenarios too where they set those of the same observer to others."""
+    """The study with the chosen gains, to six digits."""
     data = {**study.data, "observers": {**study.data["observers"]}}
     for one in results:
-        gains = {gain: float(f"{value:.6g}") for gain, value in one.chosen.gains.items()}
+        order = [*study.observers[one.name].gains, *one.chosen.gains]
+        gains = {gain: float(f"{one.chosen.gains[gain]:.6g}") for gain in dict.fromkeys(order) if gain in one.chosen.gains}
         data["observers"][one.name] = {**data["observers"][one.name], "gains": gains}
     return Study.from_data(data, "the study with these gains")
 

@@ -109,7 +109,7 @@ class Wish:
 
     def points(self, speeds: int, slips: int, signs: tuple[float, ...]) -> OperatingPoint:
         """A grid of operating points over the range."""
-        omega = np.geomspace(self.low, self.high, speeds)
+        omega = np.geomspace(self.low, self.high, speeds if self.high > self.low else 1)
         slip = np.linspace(-self.slip, self.slip, slips) if self.slip > 0 else np.zeros(1)
         both = np.array(list(itertools.product(signs, omega, slip)))
         return OperatingPoint(both[:, 0] * both[:, 1], self.flux, both[:, 2])
@@ -133,7 +133,7 @@ def times_of(table: Tuning, speed_bandwidth: float, sample_time: float) -> Times
     sample_time : float
         In s.
     """
-    return Times(table.settling_time, _RESERVE * table.recovery_time, table.omega[1], max(table.damping, DAMPING),
+    return Times(table.settling_time, _RESERVE * table.recovery_time, *table.omega, max(table.damping, DAMPING),
                  _RESERVE * table.lag, speed_bandwidth, _RESERVE * SAMPLING / sample_time)
 
 

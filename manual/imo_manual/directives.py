@@ -20,6 +20,8 @@ from imo_analysis.ledger.expression import parse_relation
 from imo_analysis.ledger.latex import relation_latex
 from imo_analysis.machine import PRESETS
 from imo_analysis.notation import SYMBOLS
+from imo_analysis.tuning.formulas import written
+from imo_analysis.tuning.rule import REGION
 from imo_manual import facts, formulas
 from imo_manual.docstrings import room_page, target
 from imo_manual.names import modules, sections
@@ -245,6 +247,21 @@ class Chosen(_Page):
         return [table(("name", "what it is"), rows, (4, 6))]
 
 
+class GainRule(_Page):
+    """``gain-rule``: the formulas of the rule of thumb for gains, and where they hold."""
+
+    def fill(self) -> list[nodes.Node]:
+        """A paragraph and its formulas, by what they are for; then the region of validity."""
+        found: list[nodes.Node] = []
+        for heading, lines in written():
+            said = nodes.paragraph()
+            said += inline(f"For {heading}:")
+            found += [said, *(_formula(line) for line in lines)]
+        for text in REGION:
+            found.append(paragraph(text))
+        return found
+
+
 class PyName(SphinxRole):
     """A name in single backticks in a docstring: a link where it is a name of the package, else code."""
 
@@ -270,6 +287,7 @@ def setup(app: Sphinx) -> None:
         ("definition", Definition), ("observer", Observer), ("catalogue", Catalogue), ("notation", Notation),
         ("study-fields", StudyFields), ("commands", Commands), ("ledger-entries", Ledger), ("presets", Presets),
         ("room", Room), ("chosen", Chosen), ("entry", Entries),
+        ("gain-rule", GainRule),
     ):
         app.add_directive(name, directive)
     app.add_role("pyname", PyName())

@@ -6,11 +6,15 @@ import math
 from collections.abc import Mapping, Sequence
 
 from imo_analysis.notation import symbol
-from imo_analysis.report.page import Chapter, Html, answer, figure, inline, join, number, prose, table, tag
+from imo_analysis.report.page import Chapter, Html, answer, figure, formula, inline, join, number, prose, table, tag
 from imo_analysis.report.searched import Searched
 from imo_analysis.report.tuned import SHOWN, Judged, Tuned
 from imo_analysis.report.words import typeset
+from imo_analysis.tuning.formulas import ALPHA_STEP, written
+from imo_analysis.tuning.rule import DAMPING, REGION
+from imo_analysis.tuning.schedule import pays, sentence
 from imo_analysis.tuning.tune import Tuned as Result
+from imo_analysis.tuning.verify import FAR, WORSE, faults
 
 _SCALE = {"settling": 1e3, "recovery": 1.0, "overshoot": 100.0, "lag": 1e3, "noise": 1.0, "bias": 1.0}
 _HEAD = {"settling": "settling (ms)", "recovery": "recovery (s)", "overshoot": "overshoot (%)",
@@ -63,7 +67,21 @@ def _judged(result: Tuned) -> list[Html]:
         answer(*_sentences(result.judged)),
         *([figure(result.run.svg, result.run.caption, result.run.caption, result.run.file)] if result.run else []),
         table(("observer", "gains by the rule (SI units)"), gains),
+        tag("h3", "The rule of thumb"),
+        *_rule(),
     ]
+
+
+def _rule() -> list[Html]:
+    """Its formulas, by the functions that the program computes with, and where they hold."""
+    parts = [prose("$t_s$, $t_r$ and $t_l$ are the wished settling time of the speed estimate, recovery time of the flux and lag "
+                   f"behind accelerations, $\\zeta$ the damping ({DAMPING:g}; the baseline's own is below), $a_0$ the decay of the "
+                   "current error without feedback: $R_s/\\sigma$, or $\\gamma + \\alpha$ for quiet, across, supervised and the "
+                   f"baselines. $g$ is for a speed step of {ALPHA_STEP:g} of the range, $\\omega_{{drive}}$ the bandwidth of the "
+                   "drive's speed loop.")]
+    for heading, lines in written():
+        parts += [tag("p", inline(f"For {heading}:")), *(formula(line) for line in lines)]
+    return [*parts, tag("ul", *(tag("li", inline(one)) for one in REGION))]
 
 
 def _gains(gains: Mapping[str, float]) -> Html:
@@ -79,7 +97,14 @@ def _verdict(one: Judged) -> str:
     if not one.stable:
         return f"no: {_LOST}"
     ahead = "forward only, backward it is unstable; " if one.forward else ""
-    return f"{ahead}{'yes' if not one.missed else f'misses {_names(one.missed)}'}"
+    return f"{ahead}{_met(one.missed, one.faults)}"
+
+
+def _met(missed: Sequence[str], faults: Sequence[str]) -> str:
+    """Yes only where the linearisation says so and simulations bear it out."""
+    if missed:
+        return f"misses {_names(missed)}"
+    return f"not verified: {'; '.join(faults)}" if faults else "yes, verified"
 
 
 def _names(missed: Sequence[str]) -> str:
@@ -119,7 +144,7 @@ def _change(before: Judged, after: Judged) -> str:
             f"{_written('noise', before.values['noise'])}; with the rule's gains {now}: {word}.")
 
 
-_ROLES = (("before", "the study's"), ("rule", "the rule's"), ("chosen", "chosen"))
+_ROLES = (("before", "the study's", "verified_before"), ("rule", "the rule's", "verified_rule"), ("chosen", "chosen", "verified"))
 
 
 def _searched(found: Searched | None) -> list[Html]:
@@ -127,18 +152,22 @@ def _searched(found: Searched | None) -> list[Html]:
     if found is None or not found.results:
         return [answer(typeset(f"No gains were searched for: {'; '.join(found.refused)}."))] if found and found.refused else []
     rows = [(tag("code", one.name), word, *_values(gains.values),
-             "yes" if not gains.missed else f"misses {_names(gains.missed)}")
-            for one in found.results for role, word in _ROLES for gains in (getattr(one, role),)]
-    checked = [(tag("code", one.name), word, f"{100 * seen.lost:.3g}", number(seen.rms_95), number(seen.noise),
-                number(seen.noise_predicted), number(1e3 * seen.settling), number(1e3 * seen.settling_predicted))
-               for one in found.results for word, seen in (("the study's", one.verified_before), ("chosen", one.verified))]
-    columns = ("observer", "gains", "lost (%)", "rms error of the worst runs (rad/s)", "noise (rad/s)", "predicted",
-               "settling (ms)", "predicted")
+             _met(gains.missed, faults(getattr(one, seen), one.verified_before, one.chosen.limits)))
+            for one in found.results for role, word, seen in _ROLES for gains in (getattr(one, role),)]
+    checked = [(tag("code", one.name), word, f"{100 * seen.lost:.3g}", *(
+        number(value) if math.isfinite(value) else "–" for value in (
+            seen.rms_median, seen.rms_95, seen.corner, seen.rms, seen.noise, seen.noise_predicted, 1e3 * seen.settling,
+            1e3 * seen.settling_predicted)))
+               for one in found.results for _, word, place in _ROLES for seen in (getattr(one, place),)]
+    columns = ("observer", "gains", "lost (%)", "rms error in half of the random runs (rad/s)", "in 95 %", "worst corner",
+               "all runs", "noise (rad/s)", "predicted", "settling (ms)", "predicted")
     return [
         tag("h3", "Gains that a search finds"),
         prose("The search looks on the exact linearisation for the least noise that the wish leaves. What it finds is then "
-              "tried in simulations that had no part in it: random machines, speeds and loads, and speeds between those of the "
-              "search."),
+              "tried in simulations that had no part in it: random machines, speeds and loads, the corners of the parameter errors "
+              "with the largest loads at the ends of the range, and speeds between those of the search. Gains are verified where "
+              f"no run loses the speed, the error over all runs is at most {WORSE:g} times that of the study's gains, and settling "
+              f"time and noise are at most {FAR:g} times those of the linearisation."),
         table(("observer", "gains", *(_HEAD[name] for name in SHOWN), "meets the wish"), rows, "The worst over the range",
               range(2, 2 + len(SHOWN))),
         answer(*(typeset(line) for one in found.results for line in _chosen(one))),
@@ -146,8 +175,21 @@ def _searched(found: Searched | None) -> list[Html]:
         table(columns, checked, "Simulations that were not used in the search", range(2, len(columns))),
         table(("observer", "gains that were chosen (SI units)"),
               [(tag("code", one.name), _gains(one.chosen.gains)) for one in found.results]),
+        *_schedules(found.results),
         tag("p", tag("code", "imo tune study.toml"), class_="note"),
     ]
+
+
+def _schedules(results: Sequence[Result]) -> list[Html]:
+    """Whether gains that change with the speed would pay, and which they are."""
+    parts = [tag("h3", "Is a schedule over the speed worth it?"),
+             answer(*(typeset(f"`{one.name}`: {sentence(one.schedule, one.chosen.missed)}.") for one in results))]
+    rows = [(tag("code", one.name), number(at.omega), number(at.constant), number(at.noise), _gains(at.gains))
+            for one in results if pays(one.schedule, one.chosen.missed) for at in one.schedule]
+    if rows:
+        parts.append(table(("observer", "speed (rad/s)", "noise, constant gains (rad/s)", "noise, these (rad/s)",
+                            "gains for that speed alone (SI units)"), rows, "Schedules that pay", (1, 2, 3)))
+    return parts
 
 
 def _chosen(one: Result) -> list[str]:
@@ -156,7 +198,7 @@ def _chosen(one: Result) -> list[str]:
     better = (after.settling < before.settling, after.noise < before.noise)
     word = {(True, True): "quicker and quieter", (True, False): "quicker, not quieter", (False, True): "quieter, not quicker",
             (False, False): "neither quicker nor quieter"}[better]
-    lines = [f"`{one.name}`: {one.reason}."]
+    lines = [f"`{one.name}`: {one.reason}. " + (f"NOT verified: {'; '.join(one.faults)}." if one.faults else "Verified.")]
     if math.isfinite(before.settling):
         lines.append(f"In simulation it is {word} than with the study's gains: {_written('settling', after.settling)} in place "
                      f"of {_written('settling', before.settling)}, {_written('noise', after.noise)} in place of "
