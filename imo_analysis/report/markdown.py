@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from html.parser import HTMLParser
 
-_VOID = frozenset(("meta", "img", "input", "br", "link"))
+_VOID = frozenset(("meta", "img", "input", "br", "link", "wbr"))
 _LEFT_OUT = frozenset(("nav", "script", "style", "head", "svg", "button", "input", "output"))
 _BLOCKS = frozenset(("p", "h1", "h2", "h3", "h4", "ul", "ol", "table", "pre", "figure", "details", "dl", "div", "section",
                      "main", "footer", "body", "html"))

@@ -9,7 +9,10 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from imo_analysis.report.breaking import broken
 from imo_analysis.report.math import font_face, mathml
+from imo_analysis.report.numbers import in_formula, tidied
+from imo_analysis.report.numbers import number as number  # written with the other pieces of a page
 from imo_analysis.svg import inside_page
 
 _ASSETS = Path(__file__).parent / "assets"
@@ -61,40 +64,51 @@ def inline(source: object) -> Html:
     if isinstance(source, Html):
         return source
     pieces: list[Html] = []
-    for number, piece in enumerate(str(source).split("`")):
-        if number % 2:
+    for place, piece in enumerate(str(source).split("`")):
+        if place % 2:
             pieces.append(tag("code", piece))
             continue
         for inner, part in enumerate(piece.split("$")):
-            pieces.append(Html(mathml(part)) if inner % 2 else text(part))
+            pieces.append(Html(mathml(in_formula(part))) if inner % 2 else text(tidied(part)))
     return join(pieces, "")
 
 
 def formula(latex: str) -> Html:
-    """A formula on its own line, in a box that scrolls when it is too wide."""
-    return tag("div", Html(mathml(latex, display=True)), class_="scroll formula")
+    """A formula on its own line, a long one in rows, in a box that scrolls when it is too wide all the same."""
+    return tag("div", Html(mathml(broken(latex), display=True)), class_="scroll formula")
 
 
 def table(head: Sequence[object], rows: Iterable[Sequence[object]], caption: str = "", numeric: Iterable[int] = ()) -> Html:
-    """A table; columns in ``numeric`` are set to the right."""
-    right = set(numeric)
+    """A table; columns in ``numeric`` are set to the right, and a column that holds nothing but dashes is left out."""
+    lines, right = list(rows), set(numeric)
+    empty = {k for k in range(len(head)) if lines and all(row[k] == "–" for row in lines)}
 
     def cells(kind: str, row: Sequence[object]) -> Html:
-        return join((tag(kind, inline(cell), class_="n" if k in right else None) for k, cell in enumerate(row)), "")
+        shown = ((k, inline(cell)) for k, cell in enumerate(row) if k not in empty)
+        return join((tag(kind, _parted(cell) if kind == "th" else cell, class_="n" if k in right else None)
+                     for k, cell in shown), "")
 
     title = tag("caption", inline(caption)) if caption else Html("")
-    body = join(tag("tr", cells("td", row)) for row in rows)
+    body = join(tag("tr", cells("td", row)) for row in lines)
     return tag("div", tag("table", title, tag("thead", tag("tr", cells("th", head))), tag("tbody", body)), class_="scroll")
 
 
+def _parted(cell: Html) -> Html:
+    """A head whose names may be broken after an underscore, and nowhere else."""
+    return Html(re.sub(r"<code>[^<]*</code>", lambda name: name[0].replace("_", "_<wbr/>"), cell))
+
+
 _COLUMN, _WIDE = 518.4, 56.0  # points of a figure as wide as a column, and its width in the page in rem
+_LEGIBLE = 9.0  # px: no text of a figure is smaller on a phone
+_FONT_SIZE = re.compile(r"font(?:-size)?:[^;\"]*?([\d.]+)px")
 _PLACE = "\ue000"  # stands for a figure's number until the page is put together
 
 
 def figure(svg: str, caption: str, alt: str, file: str) -> Html:
     """A figure inside the page, its text as text, with a number, a caption, and a link to its file if there is one."""
     wide = float(re.search(r'viewBox="0 0 (\S+)', svg)[1])  # type: ignore[index]
-    size = f"max-width:{min(_WIDE, _WIDE * wide / _COLUMN):.1f}rem"
+    least = math.ceil(wide * _LEGIBLE / min(map(float, _FONT_SIZE.findall(svg)), default=_LEGIBLE))
+    size = f"max-width:{min(_WIDE, _WIDE * wide / _COLUMN):.1f}rem;--least:{least}px"
     image = Html(inside_page(svg, f"f{_PLACE}", re.sub(r"[$`\\{}]", "", alt)))
     link = tag("span", " File: ", tag("a", file, href=file), ".") if file else ""
     below = tag("figcaption", tag("b", f"Figure {_PLACE}. "), inline(caption), link)
@@ -105,18 +119,6 @@ def numbered(body: str) -> str:
     """The figures of a page counted from one."""
     pieces = re.split(r"(<figure.*?</figure>)", body, flags=re.DOTALL)
     return "".join(piece.replace(_PLACE, str((k + 1) // 2)) if k % 2 else piece for k, piece in enumerate(pieces))
-
-
-_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-
-
-def number(value: float, digits: int = 3, sign: bool = False) -> str:
-    """A number for a table: three digits, powers of ten written out, a dash for NaN."""
-    if math.isnan(value):
-        return "–"
-    written = f"{value:{'+' if sign else ''}.{digits}g}"
-    mantissa, mark, power = written.partition("e")
-    return (f"{mantissa}·10{str(int(power)).translate(_RAISED)}" if mark else written).replace("-", "−")
 
 
 def answer(*parts: object) -> Html:

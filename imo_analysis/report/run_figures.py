@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imo_analysis.drawing import LIMIT, TRUTH, in_style, legend_above, line, new_figure, points
+from imo_analysis.report.numbers import tidied
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,6 +22,10 @@ _COLUMNS = 800  # columns of pixels that a figure can show
 _BLOCKS, _LEAST = 240, 20  # pieces of a noisy line, and samples in one at least
 _NOISY = 4.0  # times as wide within a piece as from one to the next
 _SEEN = 0.02  # of the line's range: a narrower band would not be seen
+_BULK = (0.001, 0.999)  # quantiles between which the axes show everything
+_MARKS = 10  # markers on a line, each line's beside the others', so that lines that coincide are all seen
+_BARS = 28  # bars of a noisy line over a figure, beside the others' in the same way
+LOST, FAR = 0.2, 8.0  # an error leaves the axes above so much of the speed, and so many times above the others' errors
 
 
 def thinned(time: NDArray[np.float64], values: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -62,15 +67,32 @@ def _part(run: xr.Dataset, window: tuple[float, float] | None) -> xr.Dataset:
     return run if window is None else run.sel(time=slice(*window))
 
 
-def _plot(axes: Any, run: xr.Dataset, values: Any, **kwargs: Any) -> None:
+def _plot(axes: Any, run: xr.Dataset, values: Any, place: tuple[int, int] = (0, 1), **kwargs: Any) -> None:
+    """A line with its markers; ``place`` is its number among how many, which sets the markers and bars beside the others'."""
     time, values = run["time"].values, np.asarray(values)
     band = banded(time, values)
+    shift = (place[0] + 0.5) / place[1]
     if band is None:
-        axes.plot(*thinned(time, values), **kwargs)
+        time, values = thinned(time, values)
+        wanted = time[0] + (np.arange(_MARKS) + shift) / _MARKS * (time[-1] - time[0])
+        marks = np.unique(np.clip(np.searchsorted(time, wanted), 0, len(time) - 1)).tolist()
+        axes.plot(time, values, markevery=marks, **_MARKER, **kwargs)
         return
     at, mean, low, high = band
-    drawn, = axes.plot(at, mean, **kwargs)
-    axes.fill_between(at, low, high, color=drawn.get_color(), alpha=0.18, linewidth=0)
+    size = max(1, len(at) // _BARS)
+    starts = range(0, len(at) - size + 1, size)
+    middle = np.array([at[k] + shift * (at[k + size - 1] - at[k]) for k in starts])
+    lowest, highest = (np.array([pick(one[k:k + size]) for k in starts]) for pick, one in ((np.min, low), (np.max, high)))
+    drawn, = axes.plot(at, mean, markevery=[int(np.searchsorted(at, one)) for one in middle], **_MARKER, **kwargs)
+    axes.vlines(middle, lowest, highest, color=drawn.get_color(), linewidth=0.9)
+
+
+_MARKER = {"markersize": 4.0, "markerfacecolor": "white", "markeredgewidth": 0.9}
+
+
+def _look(name: str) -> dict[str, Any]:
+    one = line(name)
+    return {**one.kwargs(), "marker": one.marker}
 
 
 @in_style
@@ -90,19 +112,40 @@ def speed_figure(run: xr.Dataset, window: tuple[float, float] | None = None, obs
     figure, (above, below) = new_figure(2, 1, height=4.0, sharex=True, gridspec_kw={"height_ratios": [1.35, 1]})
     omega = part["omega"].values
     _plot(above, part, omega, label="true", zorder=1.5, linewidth=2.4, color="#b5b5b5")
-    for name in names:
-        estimate = part["omega_hat"].sel(observer=name).values
-        _plot(above, part, estimate, label=name, **line(name).kwargs())
-        _plot(below, part, omega - estimate, **line(name).kwargs())
+    errors = {name: omega - part["omega_hat"].sel(observer=name).values for name in names}
+    for k, name in enumerate(names):
+        _plot(above, part, omega - errors[name], (k, len(names)), label=name, **_look(name))
+        _plot(below, part, errors[name], (k, len(names)), **_look(name))
     below.axhline(0.0, color=TRUTH.color, linewidth=0.6)
     above.set_ylabel("speed (rad/s)")
     below.set_ylabel("true − estimate (rad/s)")
     below.set_xlabel("time (s)")
     _speed_limits(above, omega, [part["omega_hat"].sel(observer=name).values for name in names])
-    _robust_limits(below, [omega - part["omega_hat"].sel(observer=name).values for name in names], 0.15)
+    gone = leaving(omega, errors)
+    _robust_limits(below, [error for name, error in errors.items() if name not in gone], 0.15)
+    for k, name in enumerate(gone):
+        below.annotate(f"{name} leaves the axes, as far as {tidied(f'{_farthest(errors[name]):.3g}')}", (0.01, 0.04 + 0.13 * k),
+                       xycoords="axes fraction", fontsize=8, color=line(name).color,
+                       bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0})
     above.margins(x=0.01)
     legend_above(above)
     return figure
+
+
+def leaving(omega: NDArray[np.float64], errors: dict[str, NDArray[np.float64]]) -> list[str]:
+    """Observers whose error is large beside the speed and beside all others', at most half of them: they leave the axes."""
+    spans = sorted((float(np.ptp(np.quantile(error[np.isfinite(error)], _BULK))) if np.isfinite(error).any() else 0.0, name)
+                   for name, error in errors.items())
+    speed = float(np.nanmax(np.abs(omega)))
+    for k in range((len(spans) + 1) // 2, len(spans)):
+        if spans[k][0] > FAR * spans[k - 1][0] and spans[k][0] > LOST * speed:
+            return [name for name in errors if name in {one for _, one in spans[k:]}]
+    return []
+
+
+def _farthest(error: NDArray[np.float64]) -> float:
+    finite = error[np.isfinite(error)]
+    return float(finite[np.abs(finite).argmax()])
 
 
 def _speed_limits(axes: Any, omega: NDArray[np.float64], estimates: Sequence[NDArray[np.float64]]) -> None:
@@ -117,7 +160,7 @@ def _robust_limits(axes: Any, series: Sequence[NDArray[np.float64]], room: float
     finite = np.concatenate([one[np.isfinite(one)] for one in series])
     if finite.size == 0:
         return
-    low, high = np.quantile(finite, [0.001, 0.999])
+    low, high = np.quantile(finite, _BULK)
     span = max(high - low, 1e-6 * max(abs(low), abs(high), 1.0))
     axes.set_ylim(low - room * span, high + room * span)
 
@@ -132,8 +175,8 @@ def alpha_figure(run: xr.Dataset, true_alpha: float, marks: dict[str, float], ob
     for label, value in marks.items():
         above.axhline(value, color=LIMIT.color, linestyle=LIMIT.linestyle, linewidth=1.0)
         above.annotate(f"{label} {value:.4g}", (end, value), ha="right", va="bottom", fontsize=points(8), color="#555555")
-    for name in observers:
-        _plot(above, run, run["alpha_hat"].sel(observer=name).values, label=name, **line(name).kwargs())
+    for k, name in enumerate(observers):
+        _plot(above, run, run["alpha_hat"].sel(observer=name).values, (k, len(observers)), label=name, **_look(name))
     _plot(below, run, run["omega"].values, color=TRUTH.color)
     above.set_ylabel(r"$\hat{\alpha}$ (1/s)")
     below.set_ylabel("speed (rad/s)")
@@ -149,11 +192,11 @@ def flux_error_figure(run: xr.Dataset, observers: Sequence[str]) -> Figure:
     figure, axes = new_figure(height=2.9)
     size = np.hypot(run["phi_dr"].values, run["phi_qr"].values)
     reference = float(np.nanmedian(size)) or 1.0
-    for name in observers:
+    for k, name in enumerate(observers):
         one = run.sel(observer=name)
         error = np.hypot(
             (one["phi_dr"] - one["phi_dr_hat"]).values, (one["phi_qr"] - one["phi_qr_hat"]).values) / reference
-        _plot(axes, run, 100 * error, label=name, **line(name).kwargs())
+        _plot(axes, run, 100 * error, (k, len(observers)), label=name, **_look(name))
     axes.set_yscale("log")
     axes.set_ylabel("flux error (% of flux)")
     axes.set_xlabel("time (s)")

@@ -36,7 +36,7 @@ def reproduce_chapter(study: Study, files: Sequence[tuple[str, str]]) -> Chapter
             table(("package", "version"), list(versions().items()), "Versions"),
             table(("file", "what it holds"), [(tag("a", name, href=name), meaning) for name, meaning in files],
                   "Beside this page"),
-            tag("details", tag("summary", "The study, whole"), tag("pre", tag("code", study.to_toml())), class_="more"),
+            tag("details", tag("summary", "The study, whole"), tag("pre", tag("code", study.to_toml())), class_="more whole"),
         ]
     )
     return Chapter("reproduce", "Reproduce", "How to reproduce this", body)
