@@ -9,7 +9,7 @@ import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from imo_analysis.drawing import named
 from imo_analysis.errors import InputError
@@ -20,6 +20,9 @@ from imo_analysis.report.page import number
 from imo_analysis.report.pencils import observers_of
 from imo_analysis.report.scenarios import ExcitationResult, Scenario, main_scenario, outcome
 from imo_analysis.study import Study
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 @dataclass(frozen=True)
@@ -176,7 +179,7 @@ def _compute(
     files = [("index.html", "this page"), ("ledger.json", "every entry of the ledger"), ("study.toml", "the study, whole"),
              *poles.files, ("checks.json", "seeded faults, and why no printed form gives Table II"), *real.files]
     files += [one for scenario in scenarios for one in scenario.files]
-    found = [*poles.found, *findings(scenarios), *strays(scenarios)]
+    found = [*poles.found, *findings(scenarios), *strays(scenarios, real.features, real.scenario)]
     judged, papers = _judged(scenarios), is_paper(study.machine)
     chapters = [
         ledger_chapter(entries, proved), notation_chapter(), machine_chapter(study.machine), theorem_chapter(entries, *grown),
@@ -215,8 +218,8 @@ def findings(scenarios: Sequence[Scenario]) -> list[str]:
     if estimates:
         values = ", ".join(f"{one.alpha_hat:.4g} /s (`{one.observer}`, flux error {100 * one.flux_error:.2g} %)"
                            for one in estimates)
-        before = f" Predicted from the study, before simulating: {main.drift[-1].from_study:.4g} /s." if main.drift else ""
-        found.append(f"{main.title}: alpha_hat ends at {values}; the machine has {main.alpha:.5g} /s.{before}")
+        found.append(f"{main.title}: alpha_hat ends at {values}; the machine has {main.alpha:.5g} /s."
+                     + _predicted(main, scenarios))
     for result in main.excitation:
         for name, one in result.summary["conditions"].items():
             lost = one["lost"][0] if one["lost"] else None
@@ -226,8 +229,22 @@ def findings(scenarios: Sequence[Scenario]) -> list[str]:
     return found
 
 
-def strays(scenarios: Sequence[Scenario]) -> list[str]:
-    """The estimates of speed that are off at the end of a run, a sentence a run."""
+def _predicted(main: Scenario, scenarios: Sequence[Scenario]) -> str:
+    """What was predicted for the end of the main run, and how far predictions are off over all runs that have one."""
+    if not main.drift:
+        return ""
+    rows = [(scenario, row) for scenario in scenarios for row in scenario.drift]
+    scenario, worst = max(rows, key=lambda one: abs(one[1].from_study - one[1].simulated))
+    return (f" Predicted from the study, before simulating: {main.drift[-1].from_study:.4g} /s. Over all {len(rows)} steps "
+            f"that can be predicted, the prediction is off by {number(abs(worst.from_study - worst.simulated), 2)} /s at most "
+            f"({scenario.title}: {worst.from_study:.4g} for {worst.simulated:.4g} /s, `{worst.observer}`).")
+
+
+def strays(scenarios: Sequence[Scenario], features: xr.Dataset | None = None, compared: str = "") -> list[str]:
+    """The estimates of speed that are off at the end of a run, a sentence a run.
+
+    ``features`` is what the chapter on a drive shows of the run with the title ``compared``, over a window of its own.
+    """
     found = []
     for scenario in scenarios:
         end = scenario.resting[-1].time
@@ -237,7 +254,11 @@ def strays(scenarios: Sequence[Scenario]) -> list[str]:
                                        f"by {number(abs(one.omega - one.omega_hat))} rad/s in the mean, {number(one.rms)} rms")
                for one in there if outcome(one) != "tracks"]
         if off:
-            found.append(f"{scenario.title}: at the end, at {speed:.3g} rad/s, the estimate of speed is off: {', '.join(off)}.")
+            other = "" if features is None or scenario.title != compared else (
+                f" (The chapter on a drive as it is looks at {features.attrs['start']:g} to {features.attrs['stop']:g} s of "
+                "this run.)")
+            found.append(f"{scenario.title}: at the end, at {speed:.3g} rad/s, the estimate of speed is off: {', '.join(off)}."
+                         + other)
     return found
 
 

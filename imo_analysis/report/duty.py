@@ -10,6 +10,7 @@ import numpy as np
 
 from imo_analysis.drawing import LIMIT, in_style, legend_above, line, new_figure
 from imo_analysis.errors import InputError
+from imo_analysis.report.numbers import number
 from imo_analysis.report.scenarios import Drawn, keep
 from imo_analysis.study import Study
 
@@ -80,7 +81,9 @@ def duty(study: Study, found: Design, folder: Path, noise: float) -> Duty | None
     found_at = supervisor_threshold(study, gains, noise, length, found.depth, found.frequency, found.waveform)
     S_0 = gains["S_0"]
     caption = (f"The estimate of alpha over {length:g} s of random speeds and loads with {noise:g} A of noise; the flux is "
-               f"modulated, but not from {pause[0]:g} to {pause[1]:g} s. Below: what the supervisor sees, and its threshold.")
+               f"modulated, but not from {pause[0]:g} to {pause[1]:g} s. Below: what the supervisor sees, and its threshold. "
+               "In the pause alpha_hat moves by "
+               + ", ".join(f"{number(row.moved, 2)} /s (`{row.observer}`)" for row in rows) + ".")
     drawn = keep(folder, "duty", _drawn(run, study.machine.alpha, S_0, pause), caption)
     return Duty(length, pause, noise, rows, drawn, S_0, found_at.floor, found_at.least, found_at.most, REST, OPEN)
 

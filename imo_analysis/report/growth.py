@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from imo_analysis.drawing import in_style, legend_above, line, new_figure, points
 from imo_analysis.equations import lyapunov, transformation
+from imo_analysis.report.numbers import number
 from imo_analysis.report.scenarios import Drawn, keep
 from imo_analysis.study import Study
 
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SCENARIO = "lyapunov"
+RISES = 1 + 1e-9  # above it V has grown, and not by rounding
 
 
 @dataclass(frozen=True)
@@ -90,7 +92,9 @@ def growth(study: Study, folder: Path) -> tuple[list[Growth], Drawn | None]:
                     crossing, values, time = float(time[first]), values[:first], time[:first]
             rise = float(np.max(values / np.minimum.accumulate(values)))
             found.append(Growth(name, time, values, rise, crossing))
-    caption = "V over time, relative to its start, while the speed is constant."
+    said = "; ".join(f"`{one.observer}`: V " + (f"rises to {number(one.rise)} times an earlier value" if one.rise > RISES
+                                                else "never rises") for one in found)
+    caption = f"V over time, relative to its start, while the speed is constant. {said}."
     return found, keep(folder, "lyapunov", growth_figure(found), caption)
 
 

@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING, Any
 from imo_analysis.drawing import LIMIT, TRUTH, in_style, legend_above, line, new_figure
 from imo_analysis.errors import InputError
 from imo_analysis.report.duty import Duty, duty
+from imo_analysis.report.numbers import number
 from imo_analysis.report.scenarios import Drawn, keep
+from imo_analysis.simulation.summary import STRETCH
 from imo_analysis.study import Study
 
 if TYPE_CHECKING:
@@ -61,9 +63,11 @@ def modulation(study: Study, folder: Path) -> Modulation | None:
         return Modulation(name, wanted, None, [], None, [], None, str(error))
     exact, where = slowest_rate(plant, found, wanted)
     checks = verify(study, found, wanted, name, [where])
-    caption = (f"The estimate of alpha of `{name}` with {wanted.noise:g} A of noise and steps of the speed, with and without "
-               "the designed modulation.")
-    drawn = keep(folder, "modulation", _drawn(study, found, name, wanted), caption)
+    picture, ends = _drawn(study, found, name, wanted)
+    caption = (f"The estimate of alpha of `{name}` with {wanted.noise:g} A of noise and steps of the speed. It ends "
+               f"{number(ends[0], sign=True)} /s off with constant flux, {number(ends[1], sign=True)} /s with the designed "
+               "modulation.")
+    drawn = keep(folder, "modulation", picture, caption)
     return Modulation(name, wanted, found, checks, drawn, cheapest_by_waveform(tried, wanted),
                       duty(study, found, folder, wanted.noise), floquet_rate=exact, others=_others(plant, wanted))
 
@@ -80,8 +84,11 @@ def _others(plant: Plant, wanted: Wanted) -> tuple[tuple[str, Design], ...]:
     return tuple(rows)
 
 
-def _drawn(study: Study, found: Any, name: str, wanted: Wanted) -> Figure:
-    """Simulate steps between the speeds of the range, without and with the modulation, and draw alpha_hat."""
+def _drawn(study: Study, found: Any, name: str, wanted: Wanted) -> tuple[Figure, tuple[float, ...]]:
+    """Simulate steps between the speeds of the range, without and with the modulation, and draw alpha_hat.
+
+    Beside the figure: how far alpha_hat is off in the mean of the last `STRETCH`, without and with it, in 1/s.
+    """
     from imo_analysis.excitation.design_check import modulated_study
     from imo_analysis.simulation.run import simulate
 
@@ -90,7 +97,9 @@ def _drawn(study: Study, found: Any, name: str, wanted: Wanted) -> Figure:
         "sensors.current_noise": wanted.noise, "reference.shape": "steps", "reference.omega": speeds,
         "reference.time": [wanted.time * number for number in range(len(speeds))],
         "simulation.duration": wanted.time * len(speeds)})
-    return _figure(simulate(plain), simulate(modulated_study(plain, found)), name, study.machine.alpha)
+    alpha, runs = study.machine.alpha, (simulate(plain), simulate(modulated_study(plain, found)))
+    ends = (run["alpha_hat"].sel(observer=name, time=slice(float(run["time"][-1]) - STRETCH, None)) for run in runs)
+    return _figure(*runs, name, alpha), tuple(float(end.mean()) - alpha for end in ends)
 
 
 @in_style

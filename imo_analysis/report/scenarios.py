@@ -12,6 +12,7 @@ import numpy as np
 
 from imo_analysis.equations.catalogue import OBSERVERS
 from imo_analysis.errors import Diverged
+from imo_analysis.report import captions
 from imo_analysis.report.drift import DriftRow, drift_figure, drift_rows, explanations
 from imo_analysis.report.metrics import Resting, StepResponse, resting, step_responses
 from imo_analysis.simulation.summary import OFF, STRETCH, follows
@@ -137,41 +138,46 @@ def run_scenario(study: Study, name: str, folder: Path, note: Callable[[str], No
     note(f"{label}: drawing")
     files = _write(run, label, chosen, folder) if runs else []
     observers = [str(one) for one in run["observer"].values]
-    noisy = _figures().noisy(run)
+    states = _resting(run, chosen)
     figures = [keep(folder, f"{label}-speed", _figures().speed_figure(run),
-                     "Speed, true and estimated, and the error of each estimate. Short peaks may leave the axes."
-                     + (" Noisy lines: the mean, in a band from the lowest to the highest value." if noisy else ""))]
+                    captions.whole_speed(states, _gone(run), _figures().noisy(run)))]
     windows = []
     end = float(run["time"].values[-1])
     shown = [window for window in chosen.windows if window.start < end]
-    for number, window in enumerate(shown, start=1):
+    for place, window in enumerate(shown, start=1):
         span = (window.start, window.stop)
-        caption = f"{window.title[:1].upper()}{window.title[1:]}, {window.start:g} to {window.stop:g} s: {window.caption}."
+        responses = step_responses(run, span)
+        caption = captions.part_speed(window, responses, _gone(run.sel(time=slice(*span))))
         if window.start <= 0.0 and window.stop >= end:  # that figure is there already
             figures[0] = replace(figures[0], caption=caption)
         else:
-            figures.append(keep(folder, f"{label}-window{number}", _figures().speed_figure(run, span), caption))
-        windows.append(WindowResult(window.title, window.start, window.stop, step_responses(run, span)))
+            figures.append(keep(folder, f"{label}-window{place}", _figures().speed_figure(run, span), caption))
+        windows.append(WindowResult(window.title, window.start, window.stop, responses))
     adaptive = [one for one in observers if "alpha_hat" in OBSERVERS[chosen.observers[one].kind].states]
     explained = explanations(run, chosen, adaptive)
+    rows = drift_rows(explained, chosen)
     drawn = None
     if explained:
-        drawn = keep(folder, f"{label}-alpha", drift_figure(explained),
-                     f"{chosen.title}: the estimate of alpha, simulated, and predicted from the motion of the machine (dots) "
-                     "and from the study alone (crosses), as the chapter on excitation explains.")
+        drawn = keep(folder, f"{label}-alpha", drift_figure(explained), captions.drift(chosen.title, rows))
         figures.append(drawn)
     elif adaptive:
         figures.append(keep(folder, f"{label}-alpha", _figures().alpha_figure(run, chosen.machine.alpha, {}, adaptive),
-                            "Estimate of alpha, with the true value, and the speed below it."))
-    figures.append(keep(folder, f"{label}-flux", _figures().flux_error_figure(run, observers),
-                         "Length of the error of the estimated rotor flux, relative to the flux."))
+                            captions.alpha(states, chosen.machine.alpha)))
+    figures.append(keep(folder, f"{label}-flux", _figures().flux_error_figure(run, observers), captions.flux(states)))
     note(f"{label}: excitation")
     fits = study.excitation.window <= end
     judged = list(_excitation(run, chosen, label, folder, adaptive[:1] or ["plant"])) if fits else []
     command = f"imo simulate study.toml --scenario {name} --out {label}.nc" if name else "imo simulate study.toml --out run.nc"
-    return Scenario(label, chosen.title, command, figures, windows, _resting(run, chosen), judged,
-                    drift_rows(explained, chosen), drawn, fault, files, chosen.machine.alpha,
+    return Scenario(label, chosen.title, command, figures, windows, states, judged, rows, drawn, fault, files,
+                    chosen.machine.alpha,
                     "" if chosen.drive.feedback == "measured" else chosen.drive.feedback)
+
+
+def _gone(run: xr.Dataset) -> list[str]:
+    """The observers whose error leaves the axes of the figure."""
+    omega = run["omega"].values
+    return _figures().leaving(omega, {str(one): omega - run["omega_hat"].sel(observer=one).values
+                                      for one in run["observer"].values})
 
 
 def _figures() -> Any:
@@ -244,11 +250,11 @@ def _excitation(run: xr.Dataset, study: Study, label: str, folder: Path, subject
     for subject in subjects:
         result = excitation(select(source, subject), study.excitation.window, every=study.excitation.every,
                             conditions=("printed_19", "reduced"))
-        window = f"windows of {study.excitation.window:g} s"
-        caption = f"{study.title}; {subject}: eigenvalues of the scaled Gram matrix over {window}."
+        found = summary(result)
         title = f"{study.title} ({'the motion itself' if subject == 'plant' else subject})"
-        drawn = keep(folder, f"{label}-excitation-{subject}", plot_excitation(result), caption)
-        yield ExcitationResult(title, summary(result), drawn)
+        drawn = keep(folder, f"{label}-excitation-{subject}", plot_excitation(result),
+                     captions.excitation(study.title, subject, found))
+        yield ExcitationResult(title, found, drawn)
 
 
 def divergences(study: Study, note: Callable[[str], None]) -> list[Divergence]:

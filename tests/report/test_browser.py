@@ -179,6 +179,70 @@ def test_nothing_is_wider_than_the_window(browser: Any, file: Path, width: int) 
     assert wide == []
 
 
+@pytest.mark.parametrize("width", [1200, 1300])
+def test_no_table_is_cut(browser: Any, file: Path, width: int) -> None:
+    """On a desktop every table and formula is seen whole; where one scrolls on a phone, a shade says so."""
+    page = Seen(browser, file, width).page
+    page.evaluate("document.querySelectorAll('details').forEach(e => { e.open = true })")
+    cut = page.evaluate("""() => [...document.querySelectorAll(".scroll,.plate,dl.facts dd")].filter(e => e.checkVisibility() &&
+        e.scrollWidth > e.clientWidth + 1).map(e => [e.className, e.clientWidth, e.scrollWidth, e.textContent.slice(0, 80)])""")
+    assert cut == []
+    assert "gradient" in page.evaluate("getComputedStyle(document.querySelector('.scroll')).backgroundImage")
+
+
+def test_no_name_in_a_head_is_broken_inside_a_word(browser: Any, file: Path) -> None:
+    """A name in the head of a table takes as many lines as it has parts between underscores at most."""
+    page = Seen(browser, file, 1200).page
+    names = page.evaluate("""() => [...document.querySelectorAll("th code")].filter(e => e.checkVisibility()).map(e =>
+        [e.textContent, e.getClientRects().length])""")
+    assert names and [name for name, lines in names if lines > name.count("_") + 1] == []
+
+
+LEGIBLE = 9.0  # px
+
+
+@pytest.mark.parametrize("width", [380, 800])
+def test_text_in_figures_can_be_read_on_a_phone(browser: Any, file: Path, width: int) -> None:
+    page = Seen(browser, file, width).page
+    page.evaluate("document.querySelectorAll('details').forEach(e => { e.open = true })")
+    sizes = page.eval_on_selector_all("figure", """all => all.map(e => Math.min(...[...e.querySelectorAll("text,tspan")].filter(
+        t => t.textContent.trim()).map(t => parseFloat(getComputedStyle(t).fontSize) * t.closest("svg").getScreenCTM().a)))""")
+    assert len(sizes) > 8 and [(k, round(size, 2)) for k, size in enumerate(sizes, start=1) if size < LEGIBLE - 0.05] == []
+
+
+def test_the_pdf_holds_what_the_page_holds(file: Path, tmp_path: Path) -> None:
+    """As many pictures as the page has, and every figure with what it shows; and twice the same bytes."""
+    from imo_analysis.report import pdf
+
+    if pdf.browser() is None:
+        missing("a browser that prints")
+    for name in ("one.pdf", "two.pdf"):
+        assert pdf.print_page(file, tmp_path / name) == ""
+    printed, text = (tmp_path / "one.pdf").read_bytes(), file.read_text(encoding="utf-8")
+    assert printed == (tmp_path / "two.pdf").read_bytes()
+    objects = re.findall(rb"\d+ 0 obj\s*(<<.*?)(?:\nstream|endobj)", printed, re.DOTALL)
+    images = [one for one in objects if re.search(rb"/Subtype\s*/Image", one)]
+    masks = {one for image in images for one in re.findall(rb"/SMask (\d+)", image)}
+    pictures = set(re.findall(r'<image[^>]*href="(data:[^"]*)"', text))
+    assert len(images) - len(masks) == len(pictures) > 3
+    figures = [one for one in objects if re.search(rb"/S\s*/Figure\b.*/Alt", one, re.DOTALL)]
+    assert len(figures) == text.count("<figure") > 8
+    assert b"/Outlines" in printed
+
+
+def test_a_picture_in_a_page_is_printed(tmp_path: Path) -> None:
+    from imo_analysis.report import pdf
+
+    if pdf.browser() is None:
+        missing("a browser that prints")
+    dot = "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg=="
+    for name, link in (("with", f' href="data:image/png;base64,{dot}"'), ("without", "")):
+        page = tmp_path / f"{name}.html"
+        page.write_text(f'<svg width="99" height="99"><image width="99" height="99"{link}/></svg>', encoding="utf-8")
+        assert pdf.print_page(page, tmp_path / f"{name}.pdf") == ""
+        assert bool(re.search(rb"/Subtype\s*/Image", (tmp_path / f"{name}.pdf").read_bytes())) == bool(link)
+
+
 def test_without_a_script_the_static_pictures_stand_in(browser: Any, file: Path) -> None:
     page = Seen(browser, file, script=False).page
     assert not page.locator(".slider").is_visible() and not page.locator("#ledger-tools").is_visible()
@@ -198,6 +262,9 @@ def test_on_paper(browser: Any, file: Path, tmp_path: Path) -> None:
     for width, height, right, breaks in figures:
         assert width <= A4[0] and right <= A4[0] + 1 and height <= A4[1] and breaks == "avoid"
     assert page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)", "dark on paper"
+    wide = page.evaluate("""limit => [...document.querySelectorAll("main *")].filter(e => !e.closest("svg") &&
+        e.getBoundingClientRect().right > limit + 1).map(e => e.outerHTML.slice(0, 120))""", A4[0])
+    assert wide == [], "beyond the edge of the paper"
     page.pdf(path=tmp_path / "page.pdf", prefer_css_page_size=True)
     printed = (tmp_path / "page.pdf").read_bytes()
     assert printed.startswith(b"%PDF") and len(re.findall(rb"/Type\s*/Page\b", printed)) > 10

@@ -251,7 +251,7 @@ def test_best_and_worst_of_a_window(made: Made) -> None:
     said = dict(re.findall(r"<td>(\w+)</td><td class=\"n\">([^<]*)</td>", body))
     assert set(said) == set(peaks)
     for name, value in said.items():
-        mantissa, _, power = value.replace("−", "-").partition("·10")
+        mantissa, _, power = value.replace("−", "-").replace(",", "").partition("·10")
         number = float(mantissa) * 10.0 ** int(power.translate(str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")) or 0)
         assert number == pytest.approx(peaks[name], rel=0.02, abs=1e-9)  # the file holds one sample in some
 

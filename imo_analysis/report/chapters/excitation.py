@@ -52,8 +52,8 @@ def _drift(scenarios: Sequence[Scenario], papers: bool) -> list[Html]:
     if not explained:
         return []
     rows = [
-        (scenario.title, tag("code", row.observer), f"{row.time:g} s: {row.before:g} to {row.after:g}", f"{row.from_study:.3f}",
-         f"{row.from_motion:.3f}", f"{row.simulated:.3f}")
+        (typeset(scenario.title), tag("code", row.observer), f"{row.time:g} s: {row.before:g} to {row.after:g}",
+         f"{row.from_study:.3f}", f"{row.from_motion:.3f}", f"{row.simulated:.3f}")
         for scenario in explained for row in scenario.drift
     ]
     head = ("run", "observer", "step (rad/s)", "predicted from the study", "predicted from the motion", "simulated")
@@ -83,7 +83,7 @@ gains), and again from the motion of the machine without a look at the observer.
 def _varied(varied: Sequence[Variation]) -> list[Html]:
     if not varied:
         return []
-    rows = [(one.what, f"{one.predicted:.3f}", f"{one.simulated:.3f}") for one in varied]
+    rows = [(typeset(one.what), f"{one.predicted:.3f}", f"{one.simulated:.3f}") for one in varied]
     return [
         prose("How the end value moves with gains, steps, load and drive, one change at a time from the first row, for the "
               "repaired observer on this machine; predicted from the study before each run:"),
@@ -113,7 +113,7 @@ is proved by it; a deficit holds but for an unlucky draw).
 
 def _conditions(possible: Identifiability) -> Html:
     rows = [
-        (typeset(", ".join(row.unknown) or "nothing but the flux"), model, f"{row.steady} of {row.needed}",
+        (typeset(", ".join(row.unknown) or "nothing but the flux"), typeset(model), f"{row.steady} of {row.needed}",
          "; ".join(_SURFACES.get(one, one) for one in row.drops) or "nowhere")
         for model, part in (("omega constant", possible.constant_speed), ("speed row of (1)", possible.mechanical))
         for row in part
@@ -144,7 +144,7 @@ def _steady(rows: Sequence[RankRow]) -> str:
     if not steady or set(steady) & set(apart):
         return ""
     return ("Speed and alpha together are lost in every steady state; they are told apart on: "
-            f"{', '.join(apart) or 'no motion'}.")
+            f"{'; '.join(apart) or 'no motion'}.")
 
 
 def _cure(cured: Modulation | None) -> list[Html]:
@@ -155,8 +155,8 @@ def _cure(cured: Modulation | None) -> list[Html]:
         return [head, answer(typeset(cured.refused))]
     found, wanted = cured.design, cured.wanted
     rows = [
-        (f"{one.omega:.4g}", f"{one.torque:.3g}", f"{one.alpha_error:+.3f} ± {one.alpha_deviation:.3f}".replace("-", "−"),
-         f"{one.omega_error:+.3f} ± {one.omega_deviation:.3f}".replace("-", "−"), f"{one.ripple:.4f}",
+        (f"{one.omega:.4g}", f"{one.torque:.3g}", f"{one.alpha_error:+.3f} ± {one.alpha_deviation:.3f}",
+         f"{one.omega_error:+.3f} ± {one.omega_deviation:.3f}", f"{one.ripple:.4f}",
          f"{one.noise_torque:.3f}", f"{one.loss:.2f}")
         for one in cured.checks
     ]
@@ -216,7 +216,7 @@ def _other_laws(cured: Modulation) -> list[Html]:
 def _duty(duty: Duty | None) -> list[Html]:
     if duty is None:
         return []
-    rows = [(tag("code", row.observer), f"{row.excited:.3f}", f"{row.end_of_pause:+.3f}".replace("-", "−"), f"{row.moved:.2g}",
+    rows = [(tag("code", row.observer), f"{row.excited:.3f}", f"{row.end_of_pause:+.3f}", f"{row.moved:.2g}",
              f"{row.back:.3f}") for row in duty.rows]
     head = ("observer", "largest error, modulated", "error at the end of the pause",
             f"moved in the pause after its first {EDGE:g} s", "largest error, modulated again")
@@ -253,7 +253,7 @@ def _ranks(rows: Sequence[RankRow], caption: str) -> Html:
                class_=None if row.ranks[name] == row.needed else "lost") for name in families))
         for row in rows
     ]
-    return table(("unknown", "needed", *families), written, caption)
+    return table(("unknown", "needed", *map(typeset, families)), written, caption)
 
 
 def _overview(results: Sequence[ExcitationResult]) -> Html:
@@ -263,7 +263,7 @@ def _overview(results: Sequence[ExcitationResult]) -> Html:
             lost = join((typeset(f"{where['text']} ({_share(where['share'])})") for where in one["lost"][:3]), "; ")
             low, high = one["rank"]["lowest"], one["rank"]["highest"]
             rank = f"{low}" if low == high else f"{low} to {high}"
-            rows.append((result.title, CONDITIONS[name].title, f"{rank} of {len(one['states'])}",
+            rows.append((typeset(result.title), typeset(CONDITIONS[name].title), f"{rank} of {len(one['states'])}",
                          f"{one['holding']} of {one['windows']}", lost or "none"))
     head = ("run", "condition", "rank", "holds in windows", "directions that are lost (share of the windows)")
     return table(head, rows, "The verdicts along the runs")

@@ -69,6 +69,8 @@ def ledger_chapter(entries: Sequence[Entry], checks: dict[str, Any]) -> Chapter:
         From `imo_analysis.report.checks.checks`.
     """
     counts = Counter(entry.verdict for entry in entries)
+    own = sum(entry.claim.ours for entry in entries)
+    ours = f", and {own} of our own, each marked so" if own else ""
     kernels = sorted({_KERNELS.get(kernel, kernel) for entry in entries for kernel in entry.kernels})
     faults = sum(not entry.ok for entry in entries)
     agreement = f"The kernels here are {' and '.join(kernels)}; " + (
@@ -79,9 +81,10 @@ def ledger_chapter(entries: Sequence[Entry], checks: dict[str, Any]) -> Chapter:
             prose(
                 f"""
 Every numbered equation row by row, the tables, the lemma, the propositions, the remark and the checkable claims of the text:
-{len(entries)} entries. A line opens to what is printed and what is derived, one under the other with the difference coloured,
-the correction, the assumptions, and the evidence. An identity is settled by exact rational algebra, a false one by rational
-numbers that you can put in by hand, an inequality by a sum of squares. Where evidence is numerical it says so. {agreement}
+{len(entries) - own} entries{ours}. A line opens to what is printed and what is derived, one under the other with the
+difference coloured, the correction, the assumptions, and the evidence. An identity is settled by exact rational algebra, a
+false one by rational numbers that you can put in by hand, an inequality by a sum of squares. Where evidence is numerical it
+says so. {agreement}
 """
             ),
             *_faults(checks),

@@ -19,8 +19,12 @@ from imo_analysis.study import Study
 Z_FEEDBACKS = ("printed_7", "printed_L", "consistent_12")  # kinds that differ in nothing else
 
 
+_NOT_PRINTED = "The paper prints neither its gains nor its whole speed profile. "
+
+
 def simulations_chapter(study: Study, scenarios: Sequence[Scenario], divergences: Sequence[Divergence]) -> Chapter:
     """Every scenario of the study: the run, its windows, and the numbers of both."""
+    papers = is_paper(study.machine)
     observers = [
         (name, OBSERVERS[one.kind].meaning, OBSERVERS[one.kind].source,
          inline(", ".join(f"${symbol(gain).latex} = {value:g}$" for gain, value in one.gains.items())))
@@ -32,13 +36,13 @@ def simulations_chapter(study: Study, scenarios: Sequence[Scenario], divergences
                 r"""
 The machine (1) and field-oriented control on measured speed, unless a scenario of the study says otherwise (a drive's
 imperfections, feedback from an observer), and every observer side by side on the same measurements. The
-functions that are compiled for these runs are the ones that the ledger proves. The paper prints neither its gains nor its
-whole speed profile; what is used here is in the study file beside this page, and each figure can be made again with the
-command under it. Speeds are electrical.
+functions that are compiled for these runs are the ones that the ledger proves. """ + (_NOT_PRINTED if papers else "") + """What
+is used here is in the study file beside this page, and each figure can be made again with the command under it. Speeds are
+electrical.
 """
             ),
             table(("name", "what it is", "printed in", "gains (SI units)"), observers, "Observers of the study"),
-            *(_claims(scenarios, study) if is_paper(study.machine) else ()),
+            *(_claims(scenarios, study) if papers else ()),
             *(_scenario(scenario) for scenario in scenarios),
             *_divergences(study, divergences),
             *_others(not_drawn(study)),

@@ -10,8 +10,8 @@ from imo_analysis.ledger.claim import Entry
 from imo_analysis.ledger.expression import parse_relation
 from imo_analysis.ledger.latex import relation_latex
 from imo_analysis.report.chapters.ledger import anchor, badge, label
-from imo_analysis.report.growth import Growth
-from imo_analysis.report.page import Chapter, Html, answer, figure, formula, join, prose, table, tag
+from imo_analysis.report.growth import RISES, Growth
+from imo_analysis.report.page import Chapter, Html, answer, figure, formula, join, number, prose, table, tag
 from imo_analysis.report.scenarios import Drawn
 from imo_analysis.report.words import typeset
 
@@ -62,10 +62,10 @@ $\omega$.
 def _growth(grown: Sequence[Growth], drawn: Drawn | None) -> list[Html]:
     if drawn is None:
         return []
-    rises = [one for one in grown if one.rise > 1 + 1e-9]
-    falls = [one for one in grown if one.rise <= 1 + 1e-9]
+    rises = [one for one in grown if one.rise > RISES]
+    falls = [one for one in grown if one.rise <= RISES]
     sentences = [
-        f"`{one.observer}`: V rises to {one.rise:.3g} times an earlier value."
+        f"`{one.observer}`: V rises to {number(one.rise)} times an earlier value."
         + ("" if math.isnan(one.crossing) else f" At {1e3 * one.crossing:.1f} ms $\\hat{{\\omega}}$ passes zero, where (13) is "
            "not defined and V grows without bound.")
         for one in rises

@@ -116,7 +116,7 @@ def first_screen(study: Study, entries: Sequence[Entry], found: Sequence[str], o
             *title,
             tag("ul", *tiles, class_="tiles"),
             _ours([entry for entry in entries if entry.claim.ours]),
-            tag("h2", "What falls", class_="sub"),
+            tag("h2", "What changes or falls", class_="sub"),
             _list(results(entries)),
             tag("h2", "Why, and what to do about it", class_="sub"),
             _list(causes(entries)),
