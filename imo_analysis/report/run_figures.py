@@ -125,7 +125,7 @@ def speed_figure(run: xr.Dataset, window: tuple[float, float] | None = None, obs
     _robust_limits(below, [error for name, error in errors.items() if name not in gone], 0.15)
     for k, name in enumerate(gone):
         below.annotate(f"{name} leaves the axes, as far as {tidied(f'{_farthest(errors[name]):.3g}')}", (0.01, 0.04 + 0.13 * k),
-                       xycoords="axes fraction", fontsize=8, color=line(name).color,
+                       xycoords="axes fraction", fontsize=points(8), color=line(name).color,
                        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0})
     above.margins(x=0.01)
     legend_above(above)
