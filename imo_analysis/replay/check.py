@@ -30,7 +30,7 @@ def run(i_d, i_q, omega, T, p, start, out_d, out_q):
         d, q = d + T * b[2], q + T * b[3]
         out_d[k], out_q[k] = d, q
 """
-_LEAK = """
+LEAK = """
 @njit(cache=True, error_model="numpy")
 def run(rise, keep, out):
     y = 0j
@@ -40,7 +40,6 @@ def run(rise, keep, out):
         out[k + 1] = y
 """
 GOOD_FACTOR, GOOD_FIT = 0.35, 0.8
-_FIRST, _NO_CURRENT = 0.2, 0.05
 _CORNER = 0.3  # of the filter, in parts of the stator frequency
 
 
@@ -75,7 +74,7 @@ def high_passed(increments: np.ndarray, corner: float, T: float) -> np.ndarray:
     """A signal given by its increments, through s/(s + corner); one entry more than increments."""
     out = np.empty(len(increments) + 1, dtype=complex)
     half = corner * T / 2
-    compiler.entry(_LEAK, {})(increments / (1 + half), (1 - half) / (1 + half), out)
+    compiler.entry(LEAK, {})(increments / (1 + half), (1 - half) / (1 + half), out)
     return out
 
 
@@ -91,11 +90,14 @@ class Level:
         Rotor flux in Wb, from the voltages.
     noise : float
         Standard deviation of the noise of a current in A.
+    turned : float
+        Angle by which the voltages turn in it, in rad: with less than half a turn the flux is not one.
     """
 
     stator_frequency: float
     flux: float
     noise: float = 0.0
+    turned: float = math.inf
 
 
 def level(u: np.ndarray, i: np.ndarray, T: float, machine: InductionMachine) -> Level:
@@ -106,7 +108,8 @@ def level(u: np.ndarray, i: np.ndarray, T: float, machine: InductionMachine) -> 
     square = np.abs(rotor) ** 2
     total = float(square.sum())
     flux = math.sqrt(float((square**2).sum()) / total) if total > 0 else 0.0
-    return Level(stator_frequency(stator, T), flux, current_noise(i))
+    frequency = stator_frequency(stator, T)
+    return Level(frequency, flux, current_noise(i), abs(frequency) * T * len(u))
 
 
 def current_noise(i: np.ndarray) -> float:
@@ -160,30 +163,3 @@ def _rotor_flux(i: np.ndarray, omega: np.ndarray, T: float, machine: InductionMa
     run = compiler.entry(_ROTOR_FLUX, {"plant": plant})
     run(np.ascontiguousarray(i.real), np.ascontiguousarray(i.imag), omega, T, machine.plant_parameters, start, out_d, out_q)
     return out_d + 1j * out_q
-
-
-def flying_start(head: Samples, T: float, machine: InductionMachine) -> dict[str, float]:
-    """Estimates to begin with where a record begins in the middle of a motion; empty where it begins at rest.
-
-    A record that begins without current has no flux yet. Otherwise its first period, or the first 0.2 s of it, is taken for a
-    steady state: u - R_s i is then j stator_frequency times the stator flux, and slip = alpha L_m (phi x i) / |phi|^2 by (1).
-    """
-    count = min(len(head), max(2, round(_FIRST / T)))
-    u, i = (head.u_ds + 1j * head.u_qs)[:count], (head.i_ds + 1j * head.i_qs)[:count]
-    turned = np.concatenate([[0.0], np.cumsum(np.angle(np.conj(u[:-1]) * u[1:]))])
-    whole = np.flatnonzero(np.abs(turned) >= 2 * math.pi)
-    count = int(whole[0]) + 1 if len(whole) else count
-    u, i, turned = u[:count], i[:count], turned[:count]
-    if abs(turned[-1]) < 1 or abs(i[0]) <= _NO_CURRENT * float(np.abs(i).max()):
-        return {}
-    time = T * np.arange(count)
-    frequency = float(np.polyfit(time, turned, 1)[0])
-    back = complex(((u - machine.R_s * i) * np.exp(-1j * frequency * time)).mean())
-    stator = back / (1j * frequency)
-    rotor = (stator - machine.sigma * i[0]) * machine.L_r / machine.L_m
-    slip = machine.alpha * machine.L_m * (rotor.real * i[0].imag - rotor.imag * i[0].real) / max(abs(rotor) ** 2, 1e-300)
-    # more slip than at the pull-out of a current-fed machine is no steady state
-    slip = max(-machine.alpha, min(machine.alpha, slip))
-    z = complex(i[0]) + machine.beta * rotor
-    return {"phi_dr_hat": rotor.real, "phi_qr_hat": rotor.imag, "z_1_hat": z.real, "z_2_hat": z.imag,
-            "xi_1_hat": z.real, "xi_2_hat": z.imag, "omega_hat": frequency - slip}

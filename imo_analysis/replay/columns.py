@@ -12,35 +12,47 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from imo_analysis.errors import InputError
+from imo_analysis.quantity import RPM
 
 UNITS: dict[str, dict[str, float]] = {
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns": 1e-9},
     "voltage": {"V": 1.0, "mV": 1e-3, "kV": 1e3},
     "current": {"A": 1.0, "mA": 1e-3, "kA": 1e3},
-    "speed": {"rad/s": 1.0, "rpm": math.pi / 30, "1/min": math.pi / 30, "Hz": 2 * math.pi, "rev/s": 2 * math.pi,
+    "speed": {"rad/s": 1.0, **dict.fromkeys(RPM, math.pi / 30), "Hz": 2 * math.pi, "rev/s": 2 * math.pi,
               "deg/s": math.pi / 180},
 }
 _QUANTITY = {"time": "time", "u": "voltage", "i": "current", "omega": "speed", "omega_m": "speed"}
 ROLES = ("time", "u_a", "u_b", "u_c", "u_ab", "u_bc", "u_ca", "u_d", "u_q", "i_a", "i_b", "i_c", "i_d", "i_q",
          "omega", "omega_m")
 
-# What a name may look like once its unit is taken off, in lower case with the separators out.
+# What a name may look like once its unit is taken off, in lower case with the separators out. Phases are a b c, 1 2 3, L1 L2 L3
+# or U V W.
+_PHASE = r"(a|b|c|l?[123]|u|v|w)"
+_LINE = r"(ab|bc|ca|12|23|31|l1l2|l2l3|l3l1|uv|vw|wu)"
 _NAMES = (
-    (re.compile(r"t|time|timestamp|seconds"), "time"),
-    (re.compile(r"[uv]s?(ab|bc|ca)"), "u_{0}"),
-    (re.compile(r"[uv]s?([abc])n?"), "u_{0}"),
-    (re.compile(r"is?([abc])"), "i_{0}"),
+    (re.compile(r"t|time|timestamp|sec|seconds|zeit|ms"), "time"),
+    (re.compile(rf"[uv]s?{_LINE}"), "u_{0}"),
+    (re.compile(rf"[uv]s?{_PHASE}n?"), "u_{0}"),
+    (re.compile(rf"is?{_PHASE}"), "i_{0}"),
     (re.compile(r"[uv]s?(alpha|beta|al|be|ds|qs|d|q)s?"), "u_{0}"),
     (re.compile(r"is?(alpha|beta|al|be|ds|qs|d|q)s?(meas)?"), "i_{0}"),
     (re.compile(r"omega|omegae|omegael|we|wel|electricalspeed"), "omega"),
-    (re.compile(r"omegam|omegamech|wm|wmech|speed|speedm|shaftspeed|rotorspeed|mechanicalspeed|n|nmech|rpm"), "omega_m"),
+    (re.compile(r"omegam|omegamech|wm|wmech|speed|speedm|shaftspeed|rotorspeed|mechanicalspeed|n|nmech|rpm|drehzahl"), "omega_m"),
 )
-_AXES = {"alpha": "d", "al": "d", "ds": "d", "beta": "q", "be": "q", "qs": "q"}
+# "UV" may be the voltage between two phases or that of phase V; "vV", "U_V" and "iV" are not in doubt
+_DOUBT = re.compile(r"[uv]{2}|[uv]w|UVN?|[UV]W|VU")
+_AXES = {
+    "alpha": "d", "al": "d", "ds": "d", "beta": "q", "be": "q", "qs": "q",
+    "1": "a", "2": "b", "3": "c", "l1": "a", "l2": "b", "l3": "c", "u": "a", "v": "b", "w": "c",
+    "12": "ab", "23": "bc", "31": "ca", "l1l2": "ab", "l2l3": "bc", "l3l1": "ca", "uv": "ab", "vw": "bc", "wu": "ca",
+}
 _SUFFIXES = {
     "s": "s", "ms": "ms", "us": "us", "ns": "ns", "sec": "s", "V": "V", "mV": "mV", "kV": "kV", "A": "A", "mA": "mA",
     "kA": "kA", "rad_per_s": "rad/s", "rad_s": "rad/s", "radps": "rad/s", "rads": "rad/s", "rpm": "rpm", "Hz": "Hz",
     "deg_per_s": "deg/s",
 }
+_SPELT = {"sec": "s", "seconds": "s", "Volt": "V", "volt": "V", "Amp": "A", "Ampere": "A", "RPM": "rpm", "min⁻¹": "min^-1"}
+_WRITTEN = sorted({*(unit for units in UNITS.values() for unit in units), *_SPELT}, key=len, reverse=True)
 _BRACKET = re.compile(r"^(.*?)[\s_]*[\[(]\s*([^\])]*?)\s*[\])]$")
 
 
@@ -72,8 +84,10 @@ def recognise(name: str) -> tuple[str, str | None] | None:
     """Role of a column by its name, and its unit where the name says one; None for a name that is not known."""
     bare, unit = _unit_apart(name.strip())
     flat = re.sub(r"[\s_.\-]+", "", bare).lower()
-    if flat == "rpm":
-        unit = unit or "rpm"
+    if flat in ("rpm", "ms"):
+        unit = unit or flat
+    if _DOUBT.fullmatch(bare):
+        return None
     for pattern, role in _NAMES:
         match = pattern.fullmatch(flat)
         if match:
@@ -86,9 +100,13 @@ def recognise(name: str) -> tuple[str, str | None] | None:
 def _unit_apart(name: str) -> tuple[str, str | None]:
     match = _BRACKET.match(name)
     if match:
-        return match[1], _SUFFIXES.get(match[2], match[2])
+        return match[1].removesuffix("/").rstrip(), _SUFFIXES.get(match[2], _SPELT.get(match[2], match[2]))
+    for written in _WRITTEN:
+        head = name.removesuffix(written).rstrip()
+        if name.endswith(written) and head.endswith("/"):
+            return head.removesuffix("/").rstrip(), _SPELT.get(written, written)
     for suffix, unit in sorted(_SUFFIXES.items(), key=lambda pair: -len(pair[0])):
-        if name.endswith("_" + suffix):
+        if name.endswith("_" + suffix) and name[:-2].lower() not in ("u", "v", "i"):  # "U_V" is a phase
             return name.removesuffix("_" + suffix), unit
     return name, None
 
@@ -141,7 +159,8 @@ def choose(
         if not roles and known and known[0] not in said:
             roles = [known[0]]
         for role in roles:
-            unit = known[1] if known and known[1] in UNITS[quantity(role)] else None
+            unit = known[1] if known else _unit_apart(name.strip())[1]
+            unit = unit if unit in UNITS[quantity(role)] else None
             found.setdefault(role, []).append(Column(name, role, _unit(role, name, header, units) or unit or _si(role)))
     for role, several in found.items():
         measured = [column for column in several if "meas" in column.name]

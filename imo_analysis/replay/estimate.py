@@ -20,10 +20,11 @@ from imo_analysis.equations.catalogue import OBSERVERS
 from imo_analysis.errors import InputError
 from imo_analysis.machine import InductionMachine
 from imo_analysis.notation import symbol
-from imo_analysis.replay.check import Level, flying_start
+from imo_analysis.replay.check import Level
 from imo_analysis.replay.gains import default_bandwidth, default_gains
 from imo_analysis.replay.kernel import replay_kernel
 from imo_analysis.replay.logs import BLOCK, Log, Samples
+from imo_analysis.replay.start import Start, flying_start
 from imo_analysis.replay.survey import Survey, steps_of
 from imo_analysis.simulation.run import BOUND, ESTIMATES, SCHEMA
 
@@ -85,6 +86,10 @@ class Runner:
         State at the last sample that was taken.
     lost : int
         Row of the first sample at which it had diverged, or -1.
+    begun : Start
+        What the record says of the first sample; ``initial`` has it, and over it what the user said.
+    by_rule : bool
+        Whether gains were chosen from the record, but for those that the user gave.
     """
 
     name: str
@@ -95,6 +100,14 @@ class Runner:
     sample_time: float
     x: np.ndarray = field(default_factory=lambda: np.empty(0))
     lost: int = -1
+    begun: Start = Start({}, "", guessed=False)
+    by_rule: bool = True
+
+    @property
+    def guessed(self) -> bool:
+        """Whether it begins with a flux that was estimated from the record, and so may be wrong."""
+        flux = [state for state in self.begun.values if state in OBSERVERS[self.name].states and state != "omega_hat"]
+        return self.begun.guessed and any(self.initial[state] == self.begun.values[state] for state in flux)
 
     def __post_init__(self) -> None:
         observer = OBSERVERS[self.name]
@@ -158,8 +171,10 @@ def runners(
     bandwidth: float | None = None,
     gains: Mapping[str, float] | None = None,
     initial: Mapping[str, float] | None = None,
+    study_gains: Mapping[str, Mapping[str, float]] | None = None,
+    study_initial: Mapping[str, Mapping[str, float]] | None = None,
 ) -> list[Runner]:
-    """The observers, with gains by the rule of `replay_gains` and starts by `flying_start` but for what is given.
+    """The observers, with gains by the rule of `replay.gains` and starts by `flying_start` but for what is given.
 
     Parameters
     ----------
@@ -177,6 +192,8 @@ def runners(
         Of the speed loop in rad/s; by the rule where left out.
     gains, initial : mapping of str to float, optional
         In place of what the rule gives, SI units.
+    study_gains, study_initial : mapping of str to mapping, optional
+        The same by observer, as a study has them; ``gains`` and ``initial`` go before them.
 
     Raises
     ------
@@ -184,18 +201,20 @@ def runners(
         If an observer, a gain or a state is not known.
     """
     made = []
-    begin = flying_start(survey.head, survey.sample_time, machine)
+    begin = flying_start(survey.head, survey.sample_time, machine, treatment.voltage)
     for name in names:
         if name not in OBSERVERS:
             raise InputError(f"observer = {name!r} is not known; choose from: {', '.join(OBSERVERS)}")
         wide = default_bandwidth(machine, level, survey.sample_time) if bandwidth is None else bandwidth
         mine = {key: value for key, value in (gains or {}).items() if len(names) == 1 or key in OBSERVERS[name].gains}
-        chosen = {}
-        if not mine.keys() >= set(OBSERVERS[name].gains):
+        chosen = dict((study_gains or {}).get(name, {}))
+        by_rule = not {*mine, *chosen} >= set(OBSERVERS[name].gains)
+        if by_rule:
             chosen = default_gains(name, machine, level, wide)
-        start = {key: value for key, value in begin.items() if key in OBSERVERS[name].states}
+        start = {key: value for key, value in begin.values.items() if key in OBSERVERS[name].states}
+        start |= (study_initial or {}).get(name, {})
         start |= {key: value for key, value in (initial or {}).items() if len(names) == 1 or key in OBSERVERS[name].states}
-        made.append(Runner(name, machine, treatment, {**chosen, **mine}, start, survey.sample_time))
+        made.append(Runner(name, machine, treatment, {**chosen, **mine}, start, survey.sample_time, begun=begin, by_rule=by_rule))
     for given, kind in ((gains or {}, "gain"), (initial or {}, "state")):
         for key in given:
             if not any(key in (r.gains if kind == "gain" else OBSERVERS[r.name].states) for r in made):

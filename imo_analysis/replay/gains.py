@@ -30,6 +30,7 @@ from imo_analysis.machine import InductionMachine
 from imo_analysis.replay.check import Level
 
 RADIANS_A_SAMPLE = 0.4
+LEAST_TURN = math.pi  # of a record, in rad
 LOWEST_BANDWIDTH, HIGHEST_BANDWIDTH = 50.0, 4000.0
 NOISE_SHARE = 2e-3
 DAMPING = 0.7
@@ -74,8 +75,10 @@ def default_gains(kind: str, machine: InductionMachine, level: Level, bandwidth:
     """
     if not (math.isfinite(bandwidth) and bandwidth > 0):
         raise InputError(f"bandwidth = {bandwidth:g} rad/s must be above 0 rad/s")
-    if not (math.isfinite(level.flux) and level.flux > 0):
-        raise InputError(f"flux = {level.flux:g} Wb must be above 0 Wb to choose gains; give all gains with --gain")
+    if not (math.isfinite(level.flux) and level.flux > 0 and level.turned >= LEAST_TURN):
+        raise InputError(f"no gains for {kind} follow from a record in which the voltages turn by {math.degrees(level.turned):.0f} "
+                         "degrees; it takes 180: give all gains with --gain, or a study with "
+                         f"[observers.{kind}.gains] as --machine")
     natural_decay = machine.R_s / machine.sigma
     k_1 = max(2 * DAMPING * bandwidth - natural_decay, 0.0)
     K_p = (bandwidth / (machine.beta * level.flux)) ** 2

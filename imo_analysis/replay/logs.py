@@ -18,8 +18,10 @@ import numpy as np
 
 from imo_analysis.errors import InputError
 from imo_analysis.replay.columns import Column, choose
+from imo_analysis.replay.origin import Origin, origin_of
 
 BLOCK = 65_536
+LEAST_ROWS = 50  # with fewer, neither noise nor flux can be told
 _DELIMITERS = ",;\t"
 
 
@@ -114,6 +116,11 @@ class Log:
         return cls(path, tuple(chosen), pole_pairs, rate, table)
 
     @property
+    def origin(self) -> Origin | None:
+        """The study of a record that a simulation wrote."""
+        return origin_of(self._table.head)
+
+    @property
     def has_speed(self) -> bool:
         """Whether a speed was recorded."""
         return self.columns[-1].role.startswith("omega")
@@ -149,8 +156,8 @@ class Log:
                 self._table.blame(first + row, [self._table.header.index(self.columns[place].name)])
             yield self._samples(first, raw * np.array([column.factor for column in self.columns]))
             first += len(raw)
-        if first < 2:
-            raise InputError(f"{self.path}: {first} row(s) of data; a record has at least 2")
+        if first < LEAST_ROWS:
+            raise InputError(too_short(self.path, first))
 
     def place(self, row: int) -> str:
         """Where a row stands, for error texts.
@@ -177,7 +184,7 @@ def _clarke(by_role: Mapping[str, np.ndarray], letter: str) -> tuple[np.ndarray,
     has = {role[2:]: values for role, values in by_role.items() if role.startswith(letter + "_")}
     if "d" in has:
         return has["d"], has["q"]
-    if len(has) == 2 and not {"a", "b", "c"} & has.keys():
+    if not {"a", "b", "c"} & has.keys():
         return _clarke_lines(has)
     if len(has) == 2:
         missing = ({"a", "b", "c"} - has.keys()).pop()
@@ -186,9 +193,15 @@ def _clarke(by_role: Mapping[str, np.ndarray], letter: str) -> tuple[np.ndarray,
 
 
 def _clarke_lines(has: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    missing = ({"ab", "bc", "ca"} - has.keys()).pop()
-    has = {**has, missing: -np.sum(list(has.values()), axis=0)}
-    return (has["ab"] - has["ca"]) / 3, has["bc"] / math.sqrt(3)
+    """Of two line-to-line voltages, or of three, whose sum, an error of measurement, drops out."""
+    for missing in {"ab", "bc", "ca"} - has.keys():
+        has = {**has, missing: -np.sum(list(has.values()), axis=0)}
+    return (has["ab"] - has["ca"]) / 3, (2 * has["bc"] - has["ab"] - has["ca"]) / (3 * math.sqrt(3))
+
+
+def too_short(path: Path, rows: int) -> str:
+    """The text for a record with too few samples."""
+    return f"{path}: {rows} row(s) of data are too short a record; it takes {LEAST_ROWS} samples or more"
 
 
 def _equal(chunks: Iterator[np.ndarray], rows: int) -> Iterator[np.ndarray]:
@@ -215,15 +228,21 @@ class _Text:
         self.path = path
         with self._open() as file:
             self.skip = 0
+            self.head = ""
             for line in file:
                 self.skip += 1
+                if self.skip == 1 and line.startswith("# {"):
+                    self.head = line[2:]
                 if line.strip() and not line.lstrip().startswith("#"):
                     break
             else:
                 raise InputError(f"{path} is empty; a log has a header line and rows of numbers")
+            first_row = next(file, "")
         if "\0" in line or len(line) > 100_000:
             raise InputError(f"{path} is not a text file with columns; a log is CSV or Parquet")
         self.delimiter = max(_DELIMITERS, key=line.count)
+        # as spreadsheets write where decimals have a comma
+        self.decimal = "," if self.delimiter != "," and "," in first_row else "."
         self.header = [name.strip() for name in next(csv.reader([line], delimiter=self.delimiter))]
         if len(self.header) < 2:
             raise InputError(f"{path}: its first line has one column, {line.strip()[:60]!r}; a log has several, "
@@ -252,7 +271,8 @@ class _Text:
                 self.path,
                 read_options=pc.ReadOptions(use_threads=False, block_size=1 << 22, skip_rows=self.skip, column_names=every),
                 parse_options=pc.ParseOptions(delimiter=self.delimiter),
-                convert_options=pc.ConvertOptions(include_columns=use, column_types=dict.fromkeys(use, pa.float64())),
+                convert_options=pc.ConvertOptions(include_columns=use, column_types=dict.fromkeys(use, pa.float64()),
+                                                  decimal_point=self.decimal),
             )
             for batch in reader:
                 yield np.column_stack([column.to_numpy(zero_copy_only=False) for column in batch.columns])
@@ -264,7 +284,10 @@ class _Text:
     def _read_numpy(self, wanted: list[int]) -> Iterator[np.ndarray]:
         with self._open() as file:
             rows = itertools.islice(file, self.skip, None)
-            while lines := [line for line in itertools.islice(rows, 16_384) if line.strip()]:
+            while lines := [line.replace(",", ".") if self.decimal == "," else line
+                            for line in itertools.islice(rows, 16_384) if line.strip()]:
+                if any(line.count(self.delimiter) != len(self.header) - 1 for line in lines):
+                    self._check_cells()
                 try:
                     yield np.loadtxt(lines, delimiter=self.delimiter, usecols=wanted, ndmin=2, comments=None)
                 except ValueError as error:
@@ -281,13 +304,23 @@ class _Text:
         number, _ = next(itertools.islice(self._rows(), row, None))
         return f"{self.path} line {number}"
 
+    def _check_cells(self) -> None:
+        for number, cells in self._rows():
+            self._check_count(number, cells)
+
+    def _check_count(self, number: int, cells: list[str]) -> None:
+        if len(cells) != len(self.header):
+            why = ""
+            if len(cells) > len(self.header) and self.delimiter == ",":
+                why = "; are its decimals written with a comma? Write points, or put semicolons between the columns"
+            raise InputError(f"{self.path} line {number}: {len(cells)} columns where the header has {len(self.header)}{why}")
+
     def blame(self, start: int, looked: list[int], otherwise: str = "") -> None:
         """Raise `InputError` for the first row from ``start`` that is broken in the columns looked at, with its line."""
         for number, cells in itertools.islice(self._rows(), start, None):
-            if len(cells) != len(self.header):
-                raise InputError(f"{self.path} line {number}: {len(cells)} columns where the header has {len(self.header)}")
+            self._check_count(number, cells)
             for k in looked:
-                value = _number(cells[k])
+                value = _number(cells[k].replace(self.decimal, "."))
                 if value is None or not math.isfinite(value):
                     what = f"= {cells[k].strip()!r} is not a number" if cells[k].strip() else "is empty"
                     raise InputError(f"{self.path} line {number}: {self.header[k]} {what}; every sample must be there. "
@@ -331,6 +364,7 @@ class _Parquet:
             raise InputError(f"{path} is not a Parquet file") from None
         self.path = path
         self.header = list(self.file.schema_arrow.names)
+        self.head = (self.file.schema_arrow.metadata or {}).get(b"imo_run", b"").decode()
 
     def read(self, names: list[str]) -> Iterator[np.ndarray]:
         import pyarrow as pa

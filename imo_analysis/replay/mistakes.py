@@ -15,13 +15,12 @@ from imo_analysis.equations.catalogue import OBSERVERS
 from imo_analysis.errors import InputError
 from imo_analysis.machine import InductionMachine
 from imo_analysis.replay.check import Fit, fit, level
-from imo_analysis.replay.gains import default_bandwidth, default_gains
+from imo_analysis.replay.gains import LEAST_TURN, default_bandwidth, default_gains
 from imo_analysis.replay.kernel import replay_kernel
 from imo_analysis.replay.logs import Samples
 from imo_analysis.replay.survey import Survey
 from imo_analysis.simulation.run import BOUND
 
-_SAMPLES, _TURNS = 50, 0.5
 _NAMED_FACTOR, _NAMED_SHARE = 0.2, 0.9
 _TURN = cmath.exp(2j * math.pi / 3)
 _LINE = cmath.exp(1j * math.pi / 6) * math.sqrt(3)
@@ -98,7 +97,7 @@ def check(stretch: Samples, survey: Survey, machine: InductionMachine) -> Fit | 
     u, i = stretch.u_ds + 1j * stretch.u_qs, stretch.i_ds + 1j * stretch.i_qs
     T = survey.sample_time
     now = level(u, i, T, machine)
-    if len(stretch) < _SAMPLES or abs(now.stator_frequency) * T * len(stretch) < _TURNS * 2 * math.pi:
+    if now.turned < LEAST_TURN:
         return None
     base = _undone(NONE, stretch, T, machine)
     if base.good():

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from imo_analysis.errors import InputError
-from imo_analysis.replay.logs import BLOCK, Log, Samples
+from imo_analysis.replay.logs import BLOCK, Log, Samples, too_short
 
 UNEVEN = 0.05  # share of the sampling period by which a step may differ from it
 _SHORTEST, _LONGEST = 5e-8, 5e-3
@@ -108,7 +108,7 @@ def _period(log: Log, block: Samples) -> float:
     if log.rate is not None:
         period = 1 / log.rate
     elif len(block) < 2:
-        raise InputError(f"{log.path}: 1 row of data; a record has at least 2")
+        raise InputError(too_short(log.path, 1))
     else:
         period = float(np.median(np.diff(block.time)))
     if period > 0 and not _SHORTEST <= period <= _LONGEST:

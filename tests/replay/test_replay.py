@@ -9,12 +9,13 @@ from replay_records import HEADER, IMMEC_MACHINE, TABLE, held_voltage, immec, st
 
 from imo_analysis.equations.catalogue import OBSERVERS
 from imo_analysis.errors import InputError
-from imo_analysis.replay.check import Level, current_noise, fit, flying_start, level
+from imo_analysis.replay.check import Level, current_noise, fit, level
 from imo_analysis.replay.estimate import Treatment, collect, estimate, provenance, runners
 from imo_analysis.replay.estimate_file import write_estimates
 from imo_analysis.replay.gains import default_bandwidth, default_gains, speed_noise
 from imo_analysis.replay.logs import Log
 from imo_analysis.replay.mistakes import check
+from imo_analysis.replay.start import flying_start
 from imo_analysis.replay.summary import Tally
 from imo_analysis.replay.survey import survey
 
@@ -171,7 +172,7 @@ def test_an_unknown_treatment_is_refused(name):
 def test_a_record_of_a_steady_state_begins_on_the_fly(folder):
     path = write(folder / "steady.csv", steady())
     _, found, _ = prepared(path, TABLE)
-    begun = flying_start(found.head, found.sample_time, TABLE)
+    begun = flying_start(found.head, found.sample_time, TABLE).values
     assert begun["omega_hat"] == pytest.approx(200.0, abs=0.1)
     assert math.hypot(begun["phi_dr_hat"], begun["phi_qr_hat"]) == pytest.approx(0.4797, rel=1e-2)
     data, _, _ = replayed(path, TABLE, ["repaired", "baseline"])
@@ -181,7 +182,7 @@ def test_a_record_of_a_steady_state_begins_on_the_fly(folder):
 
 def test_a_record_from_standstill_begins_there(started):
     _, found, (runner,) = prepared(started, TABLE)
-    assert flying_start(found.head, found.sample_time, TABLE) == {} == runner.initial
+    assert flying_start(found.head, found.sample_time, TABLE).values == {} == runner.initial
 
 
 def test_a_record_in_reverse_mirrors_the_forward_one(started, folder):
