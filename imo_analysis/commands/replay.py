@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -32,14 +33,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--column", action="append", default=[], metavar="WHAT=NAME",
         help="time; ua ub uc, uab ubc uca, u_alpha u_beta; ia ib ic, i_alpha i_beta; omega (electrical), omega_m (shaft)")
     add("--unit", action="append", default=[], metavar="WHAT=UNIT", help="of a column, or of time, voltage, current, speed")
-    add("--rate", type=float, metavar="HZ", help="samples a second, in place of the time column")
+    add("--rate", metavar="HZ", help="samples a second, in place of the time column: 10000, 10kHz")
     add("--voltage", choices=_VOLTAGE, metavar="HOW", help="between samples: linear (default), held, averaged")
     add("--current", choices=_CURRENT, metavar="HOW", help="between samples: linear (default) or held")
     add("--direction", choices=_DIRECTION, metavar="HOW", help="measured (default if it is), estimated, forward, reverse")
     add("--gaps", choices=("stop", "bridge"), metavar="HOW", help="where samples are missing: stop (default) or bridge")
-    add("--bandwidth", type=float, metavar="RAD/S", help="of the speed loop (default: as samples and noise allow)")
-    add("--gain", action="append", default=[], metavar="NAME=X", help="a gain, in place of the rule's")
-    add("--initial", action="append", default=[], metavar="NAME=X", help="an estimate at the start: omega_hat=100")
+    add("--rule", action="store_true", help="choose gains by the rule, even if the machine's file has [observers.NAME.gains]")
+    add("--bandwidth", type=float, metavar="RAD/S", help="the rule's, of the speed loop (default: as samples and noise allow)")
+    add("--gain", action="append", default=[], metavar="NAME=X", help="a gain, in place of the study's or the rule's")
+    add("--initial", action="append", default=[], metavar="NAME=X",
+        help="an estimate at the start, omega_hat=100; or 'study': as [observers.NAME.initial] of the machine's file")
     add("--after", type=float, metavar="S", help="errors count from here on (default: where they settled)")
     add("--window", type=float, metavar="S", help="of the excitation verdict (default: 0.1 s at most)")
     add("--trust", action="store_true", help="run even if the record does not fit the machine")
@@ -54,12 +57,14 @@ def run(args: argparse.Namespace) -> int:
     from imo_analysis.replay import logs
     from imo_analysis.replay import mistakes as log_mistakes
     from imo_analysis.replay import survey as log_survey
+    from imo_analysis.replay.settings import load_settings
 
-    _check_numbers_and_places(args)
-    machine, settings = _machine(args.machine)
+    rate = _check_numbers_and_places(args)
+    source = load_settings(args.machine)
+    machine, settings = source.machine, source.replay
     columns = {**settings.columns, **_pairs(args.column, "--column")}
     units = {**settings.units, **_pairs(args.unit, "--unit")}
-    log = logs.Log.open(args.log, machine.n_p, columns, units, settings.rate if args.rate is None else args.rate)
+    log = logs.Log.open(args.log, machine.n_p, columns, units, settings.rate if rate is None else rate)
     treatment = replay.Treatment(
         args.voltage or settings.voltage, args.current or settings.current,
         args.direction or settings.direction or ("measured" if log.has_speed else "estimated"),
@@ -69,21 +74,35 @@ def run(args: argparse.Namespace) -> int:
                          "--direction estimated, forward or reverse")
     found = log_survey.survey(log, (args.gaps or settings.gaps) == "bridge")
     stretch = found.stretch
+    if log.origin is not None and log.origin.thinned:
+        warnings.warn(f"{log.path}: {log.origin.thinned}", stacklevel=2)
     fit = None if args.trust else log_mistakes.check(stretch, found, machine)
     u, i = stretch.u_ds + 1j * stretch.u_qs, stretch.i_ds + 1j * stretch.i_qs
     level = log_check.level(u, i, found.sample_time, machine)
     bandwidth = settings.bandwidth if args.bandwidth is None else args.bandwidth
+    by_rule = args.rule or bandwidth is not None
+    gains = {**settings.gains, **_numbers(args.gain, "--gain")}
+    as_study = "study" in args.initial
     observers = replay.runners(
         _observers(args.observer or list(settings.observers)), machine, treatment, found, level, bandwidth=bandwidth,
-        gains={**settings.gains, **_numbers(args.gain, "--gain")},
-        initial={**settings.initial, **_numbers(args.initial, "--initial")},
+        gains=gains,
+        initial={**settings.initial, **_numbers([text for text in args.initial if text != "study"], "--initial")},
+        study_gains={} if by_rule else source.gains, study_initial=source.initial if as_study else {},
     )
+    if as_study:
+        for runner in observers:
+            if runner.name not in source.observers:
+                raise InputError(f"--initial study: {args.machine} has no [observers.{runner.name}] to take the start from; leave "
+                                 "it out, or give a study that has it as --machine")
     _tell(args, log, found, treatment, fit, level, observers, machine, bandwidth)
+    if not as_study:
+        _tell_start(args, log, observers, source)
     with tempfile.TemporaryDirectory(prefix="imo_replay_") as folder:
         place = args.out or str(Path(folder) / "est.nc")
         results = _run(args, log, observers, found, machine, treatment, place)
         verdicts = _excitation(args, place, machine, found, log.has_speed, results)
-        _report(args, results, verdicts)
+        sources = {runner.name: _source(runner, source, bandwidth, gains) for runner in observers}
+        _report(args, results, verdicts, sources)
         if args.plot:
             from imo_analysis.commands.output import say
             from imo_analysis.drawing import save_svg
@@ -91,12 +110,16 @@ def run(args: argparse.Namespace) -> int:
 
             save_svg(replay_figure(thinned(place)), args.plot)
             say(args, f"wrote {args.plot}")
+    for name, one in results.items():
+        one["gains_from"] = sources[name]
     _emit(args, log, found, treatment, fit, level, results, verdicts)
     return 1 if any(one["lost_at"] is not None for one in results.values()) else 0
 
 
-def _check_numbers_and_places(args: argparse.Namespace) -> None:
+def _check_numbers_and_places(args: argparse.Namespace) -> float | None:
+    """Check what needs no file, and give the rate in Hz."""
     from imo_analysis.commands.output import check_places
+    from imo_analysis.quantity import si_value
 
     for name, ending in ((args.out, ".nc"), (args.plot, ".svg")):
         if name and Path(name).suffix.lower() != ending:
@@ -104,21 +127,16 @@ def _check_numbers_and_places(args: argparse.Namespace) -> None:
     check_places(args, "out", "plot")
     if args.every < 1:
         raise InputError(f"--every {args.every} must be 1 or more")
-    for flag, value, unit in (("--rate", args.rate, "Hz"), ("--window", args.window, "s")):
+    rate = None
+    if args.rate is not None:
+        try:
+            rate = float(args.rate)
+        except ValueError:
+            rate = si_value(args.rate, "Hz", "--rate")
+    for flag, value, unit in (("--rate", rate, "Hz"), ("--window", args.window, "s")):
         if value is not None and not (math.isfinite(value) and value > 0):
             raise InputError(f"{flag} {value:g} must be above 0 {unit}")
-
-
-def _machine(name: str) -> tuple[Any, Any]:
-    """The machine and the table ``[replay]`` of a file; a preset has none."""
-    from imo_analysis.files import read_toml
-    from imo_analysis.machine import PRESETS, InductionMachine
-    from imo_analysis.study_tables import read_replay
-
-    if name in PRESETS:
-        return PRESETS[name], read_replay({}, name)
-    data = read_toml(name)
-    return InductionMachine.load(name), read_replay(data.get("replay", {}), name)
+    return rate
 
 
 def _pairs(written: list[str], flag: str) -> dict[str, str]:
@@ -169,21 +187,51 @@ def _tell(
     if found.gaps:
         say(args, f"  {found.gaps} gap(s) bridged by straight lines")
     wide = default_bandwidth(machine, level, found.sample_time) if bandwidth is None else bandwidth
-    if level.flux > 0:
+    if level.flux > 0 and any(runner.by_rule for runner in observers):
         noise = speed_noise(machine, level, found.sample_time, wide)
-        say(args, f"  gains for a bandwidth of {wide:.4g} rad/s and a flux of {level.flux:.3g} Wb; the currents' noise of "
+        say(args, f"  the rule's gains are for a bandwidth of {wide:.4g} rad/s and a flux of {level.flux:.3g} Wb; the currents' noise of "
                   f"{level.noise:.2g} A makes {noise:.2g} rad/s in the speed")
     turn = abs(level.stator_frequency) * found.sample_time
     if turn > 0.3:
         say(args, f"  coarse: the voltages turn by {turn:.2g} rad a sample, and straight lines between samples miss up to "
                   f"{100 * turn * turn / 8:.2g} % of them")
-    speed = observers[0].initial.get("omega_hat")
-    say(args, "  begun at standstill without flux" if speed is None else f"  begun on the fly at omega_hat = {speed:.4g} rad/s")
     if fit is not None:
         say(args, f"  fits the machine: the currents account for {100 * fit.share:.2f} % of the voltages, factor "
                   f"{abs(fit.factor):.3f}")
     else:
         say(args, "  not checked against the machine" + ("" if args.trust else ": nothing turns in it"))
+
+
+def _tell_start(args: argparse.Namespace, log: Any, observers: list[Any], source: Any) -> None:
+    """How the observers begin, and which of them a wrong start stays with."""
+    from imo_analysis.commands.output import say
+    from imo_analysis.equations.catalogue import OBSERVERS
+
+    say(args, f"  {observers[0].begun.how}")
+    guessed = [runner.name for runner in observers if runner.guessed]
+    keep = [name for name in guessed if "alpha_hat" in OBSERVERS[name].states]
+    forget = [name for name in guessed if name not in keep and "printed" not in name]
+    if keep:
+        say(args, f"  as far as that flux is wrong, z_hat and xi_hat of {', '.join(keep)} stay wrong; the flux that they "
+                  "reconstruct does not, but alpha_hat and omega_hat may be moved by it, until the flux's magnitude varies")
+    if forget:
+        say(args, f"  {', '.join(forget)}: forget{'s' if len(forget) == 1 else ''} a wrong start where {'its' if len(forget) == 1 else 'their'} "
+                  "poles are stable")
+    known = [name for name in (log.origin.begun if log.origin else ()) if name in source.observers]
+    if any(name in guessed for name in known):
+        say(args, "  the record is a simulation's, and its study says how they began: --initial study begins them so")
+
+
+def _source(runner: Any, source: Any, bandwidth: float | None, given: dict[str, float]) -> str:
+    """Where an observer's gains come from, in words."""
+    mine = [name for name in runner.gains if name in given]
+    if len(mine) == len(runner.gains):
+        return "the command line and [replay]"
+    if not runner.by_rule:
+        text = f"[observers.{source.observers[runner.name][0]}.gains] of {source.place}"
+    else:
+        text = "the rule" if bandwidth is None else f"the rule, at {bandwidth:g} rad/s"
+    return text + (f" with {', '.join(mine)} as given" if mine else "")
 
 
 def _run(
@@ -240,7 +288,9 @@ def _excitation(
     return verdicts
 
 
-def _report(args: argparse.Namespace, results: dict[str, dict[str, Any]], verdicts: dict[str, Any]) -> None:
+def _report(
+    args: argparse.Namespace, results: dict[str, dict[str, Any]], verdicts: dict[str, Any], sources: dict[str, str]
+) -> None:
     from imo_analysis.commands.output import say
 
     for name, one in results.items():
@@ -254,7 +304,7 @@ def _report(args: argparse.Namespace, results: dict[str, dict[str, Any]], verdic
             say(args, f"  {_settled(one['settled_at'])}; from {one['counted_from']:.4g} s on: speed error std {std:.3g}, "
                       f"mean {mean:.3g}, rms {rms:.3g}, peak {peak:.3g} rad/s")
         gains = ", ".join(f"{key} = {value:.4g}" for key, value in one["gains"].items())
-        say(args, f"  gains {gains}")
+        say(args, f"  gains of {sources[name]}: {gains}")
         say(args, "  " + verdicts[name]["verdict"].replace("\n", "\n  "))
     if args.out:
         say(args, f"wrote {args.out}")

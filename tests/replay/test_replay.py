@@ -195,6 +195,58 @@ def test_a_record_in_reverse_mirrors_the_forward_one(started, folder):
         assert np.allclose(there[:, 1000:], -back[:, 1000:], rtol=1e-6, atol=1e-6)
 
 
+def _cut(rows, first):
+    rows = rows[first:].copy()
+    rows[:, 0] -= rows[0, 0]
+    return rows
+
+
+@pytest.mark.parametrize("machine", [TABLE, TABLE.with_values(R_s=1.1 * TABLE.R_s), TABLE.with_values(R_r=1.3 * TABLE.R_r)])
+def test_the_flux_at_the_first_sample_is_found_while_everything_moves(folder, machine):
+    """A start cut in the middle: speed, frequency and flux rise. The flux at the cut by integrating from rest is the other route."""
+    rows, first = start_up(0.4), 1500
+    back = rows[:, 1] + 1j * rows[:, 2] - TABLE.R_s * (rows[:, 3] + 1j * rows[:, 4])
+    stator = (1e-4 / 2 * (back[1:] + back[:-1])).cumsum()[first - 1]
+    true = (stator - TABLE.sigma * (rows[first, 3] + 1j * rows[first, 4])) * TABLE.L_r / TABLE.L_m
+    _, found, _ = prepared(write(folder / "cut.csv", _cut(rows, first)), machine)
+    begun = flying_start(found.head, found.sample_time, machine)
+    miss = abs(complex(begun.values["phi_dr_hat"], begun.values["phi_qr_hat"]) - true) / abs(true)
+    assert begun.guessed and miss < (1e-5 if machine == TABLE else 0.05)
+    assert begun.values["omega_hat"] == pytest.approx(rows[first:][:100, 5].mean(), abs=0.1 if machine == TABLE else 10)
+
+
+def test_a_magnetised_machine_at_rest(folder):
+    """Where it turns later, the least squares find the flux; where nothing turns it is that of the current."""
+    rest = np.zeros((3000, 6))
+    rest[:, 1], rest[:, 3] = 10.0 * TABLE.R_s, 10.0
+    rest[:, 0] = np.arange(3000) * 1e-4
+    noise = 0.02 * np.random.default_rng(1).standard_normal((3000, 4))
+    rest[:, 1:5] += noise
+    found = survey(Log.open(write(folder / "rest.csv", rest), 2))
+    begun = flying_start(found.head, found.sample_time, TABLE)
+    assert begun.values["phi_dr_hat"] == pytest.approx(TABLE.L_m * 10, rel=1e-3) and "a guess" in begun.how
+    assert begun.values["omega_hat"] == 0.0
+
+
+def test_what_a_wrong_start_stays_with(folder):
+    """Of a steady record, begun with a fifth too much flux: what the output says of z, flux, alpha_hat and the baseline."""
+    path = write(folder / "long.csv", steady(4.0))
+    names = ["repaired", "luenberger_consistent_12", "baseline"]
+    _, found, _ = prepared(path, TABLE)
+    right = flying_start(found.head, found.sample_time, TABLE).values
+    wrong = {name: 1.2 * value for name, value in right.items() if name != "omega_hat"}
+    good, bad = (replayed(path, TABLE, names, initial=start)[0].isel(time=slice(-1000, None)) for start in (right, wrong))
+    first, (repaired, luenberger, baseline) = abs(error(good, "repaired", -1)).max(), (error(bad, name, -1) for name in names)
+    assert first < 0.05 and abs(repaired.mean()) > 20 * first
+    assert max(abs(luenberger).max(), abs(baseline).max()) < 0.05
+    one, other = good.sel(observer="repaired"), bad.sel(observer="repaired")
+    assert abs(other.alpha_hat - one.alpha_hat).values.min() > 0.1
+    moved = np.hypot(other.xi_1_hat - one.xi_1_hat, other.xi_2_hat - one.xi_2_hat).values
+    assert moved.min() > 0.1 * np.hypot(one.xi_1_hat, one.xi_2_hat).values.max()
+    flux = [np.hypot(x.phi_dr_hat, x.phi_qr_hat).values for x in (one, other)]
+    assert flux[1] == pytest.approx(flux[0], rel=0.01)
+
+
 # Mistakes -----------------------------------------------------------------------------------------------------------
 def _mistaken(rows, name):
     u, i = rows[:, 1] + 1j * rows[:, 2], rows[:, 3] + 1j * rows[:, 4]
