@@ -39,8 +39,8 @@ def main(argv: list[str] | None = None) -> int:
         return _stop(str(error), 2)
     except Diverged as error:
         return _stop(str(error), 1)
-    except KeyboardInterrupt:
-        return _stop("interrupted; files written so far are whole, the one in work was left out", 2)
+    except KeyboardInterrupt as error:
+        return _stop(str(error) or "interrupted; files written so far are whole, the one in work was left out", 2)
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 2

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 
@@ -37,3 +38,28 @@ class Diverged(ArithmeticError):
         self.time = time
         self.state = state
         self.data = data
+
+
+def unknown_key(where: str, name: str, known: Iterable[str], also: Mapping[str, str] | None = None) -> str:
+    """The text for a key that is not known, with the one that was probably meant.
+
+    Parameters
+    ----------
+    where : str
+        Names the table.
+    name : str
+        The key as written.
+    known : iterable of str
+        The keys that there are.
+    also : mapping, optional
+        Other names, in lower-case letters only, to the key that they mean.
+    """
+    import difflib
+
+    def plain(text: str) -> str:
+        return "".join(letter for letter in text.lower() if letter.isalnum())
+
+    by_plain = {**(also or {}), **{plain(key): key for key in known}}
+    near = difflib.get_close_matches(plain(name), by_plain, 1, 0.7)
+    place = f"{where}.{name}" if where else name
+    return f"{place} is not a known key" + (f"; did you mean {by_plain[near[0]]}?" if near else "")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -22,15 +23,30 @@ def read_toml(path: str | Path) -> dict[str, Any]:
     """
     import tomllib
 
+    text = ""
     try:
-        with open(path, "rb") as file:
-            return tomllib.load(file)
+        text = Path(path).read_bytes().decode()
+        return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{path} is not TOML: {error}") from None
+        raise InputError(f"{path} is not TOML: {error}{_in_quotes(text, str(error))}") from None
     except UnicodeDecodeError:
         raise InputError(f"{path} is not TOML: it is not UTF-8 text") from None
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror}") from None
+
+
+def _in_quotes(text: str, fault: str) -> str:
+    """What to write in the line at fault where a quantity lacks its quotes, or has a comma in its number."""
+    at = re.search(r"at line (\d+)", fault)
+    line = text.splitlines()[int(at[1]) - 1] if at and int(at[1]) <= text.count("\n") + 1 else ""
+    found = re.match(r"\s*[\w.-]+\s*=\s*([-+]?\d+(?:[.,]\d+)?)\s*([^\s\d#,\"'\]}][^#\"']*)?(?:#.*)?$", line)
+    if not found:
+        return ""
+    number, unit = found[1].replace(",", "."), (found[2] or "").strip()
+    if unit:
+        point = " and with a point" if "," in found[1] else ""
+        return f'; in line {at[1]} write "{number} {unit}", in quotes{point}'
+    return f"; in line {at[1]} write {number}, with a point" if "," in found[1] else ""
 
 
 @contextmanager
@@ -107,3 +123,12 @@ def folder(path: str | Path) -> Path:
     if not os.access(path, os.W_OK):
         raise InputError(f"cannot write to the folder {path}: permission denied; choose another place")
     return path
+
+
+def remove_empty(path: str | Path) -> None:
+    """Remove a folder and those in it, unless there is a file in any of them."""
+    path = Path(path)
+    if path.is_dir() and not any(one.is_file() for one in path.rglob("*")):
+        for inner in sorted((one for one in path.rglob("*") if one.is_dir()), reverse=True):
+            inner.rmdir()
+        path.rmdir()

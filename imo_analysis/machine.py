@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from functools import cached_property
-from typing import Any, Self
+from typing import Any, Self, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from imo_analysis.equations import parameters
-from imo_analysis.errors import InputError
+from imo_analysis.errors import InputError, unknown_key
 from imo_analysis.notation import symbol
-from imo_analysis.quantity import si_value
+from imo_analysis.quantity import si_value, with_unit
 
 # name -> (lowest, highest) value that a rotating machine can have; outside it a unit was mistaken
 _BOUNDS = {
@@ -103,7 +103,7 @@ class InductionMachine(BaseModel):
         try:
             return cls(**values)
         except ValidationError as error:
-            raise InputError(readable(error, where)) from None
+            raise InputError(readable(error, where, cls)) from None
 
     @cached_property
     def sigma(self) -> float:
@@ -235,21 +235,69 @@ def _quoted(text: str) -> str:
     return json.dumps(text, ensure_ascii=False)
 
 
-def readable(error: Any, where: str) -> str:
-    """All faults that pydantic found, each as ``where.field = value: reason``, without its web addresses."""
+_BOUND = {"greater_than": ("gt", "above {}"), "greater_than_equal": ("ge", "{} or above"),
+          "less_than": ("lt", "below {}"), "less_than_equal": ("le", "{} or below")}
+_KIND = {"literal_error": "be {expected}", "dict_type": "be a table", "tuple_type": "be a list", "string_type": "be text",
+         **dict.fromkeys(("int_type", "int_from_float", "int_parsing"), "be a whole number"),
+         "too_short": "have {min_length} or more entries", "too_long": "have {max_length} or fewer entries"}
+
+
+def readable(error: Any, where: str, model: Any = None) -> str:
+    """All faults that pydantic found, each as ``where.field = value unit must be ...``, without its web addresses.
+
+    Parameters
+    ----------
+    error : pydantic.ValidationError
+    where : str
+        Names the place.
+    model : type, optional
+        The model that was built: it has units and known keys.
+    """
     faults = []
     for fault in error.errors(include_url=False):
         place = ".".join([where, *(str(part) for part in fault["loc"])])
         text = fault["msg"].removeprefix("Value error, ")
+        known, unit = _field(model, fault["loc"])
         if fault["type"] == "missing":
             faults.append(f"{place} is missing")
         elif fault["type"] == "extra_forbidden":
-            faults.append(f"{place} is not a known key")
+            faults.append(unknown_key(place.rpartition(".")[0], str(fault["loc"][-1]), known))
         elif fault["type"] == "value_error":
             faults.append(f"{text} ({place})")
+        elif fault["type"] in _BOUND:
+            name, words = _BOUND[fault["type"]]
+            value, bound = (with_unit(number, unit) for number in (fault["input"], fault["ctx"][name]))
+            faults.append(f"{place} = {value} must be {words.format(bound)}")
+        elif fault["type"] in _KIND:
+            faults.append(f"{place} = {fault['input']!r} must {_KIND[fault['type']].format(**fault.get('ctx', {}))}")
         else:
             faults.append(f"{place} = {fault['input']!r}: {text[0].lower()}{text[1:]}")
     return "; ".join(faults)
+
+
+def _field(model: Any, place: tuple[Any, ...]) -> tuple[tuple[str, ...], str]:
+    """Keys of the table that ``place`` lies in, and the unit of its last part; empty where they are not known."""
+    unit = ""
+    known: tuple[str, ...] = ()
+    for part in place:
+        model = _table_in(model)
+        if model is None or isinstance(part, int):
+            continue
+        fields = {info.alias or name: info for name, info in model.model_fields.items()}
+        known = tuple(fields)
+        if part not in fields:
+            return known, unit
+        model = fields[part].annotation
+        marks = [*fields[part].metadata, *(mark for inner in get_args(model) for mark in getattr(inner, "__metadata__", ()))]
+        unit = next((mark.func.unit for mark in marks if hasattr(getattr(mark, "func", None), "unit")), "")
+    return known, unit
+
+
+def _table_in(annotation: Any) -> Any:
+    """The model in an annotation such as ``tuple[Window, ...]``; None where there is none."""
+    if hasattr(annotation, "model_fields"):
+        return annotation
+    return next((found for inner in get_args(annotation) if (found := _table_in(inner)) is not None), None)
 
 
 _PAPER = "You, Wu, Wang, An Adaptive Luenberger Observer, ACC 2018 (MERL TR2018-090), Table III"

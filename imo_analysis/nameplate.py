@@ -10,20 +10,29 @@ from __future__ import annotations
 
 import cmath
 import math
+import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
-from imo_analysis.errors import InputError
+from imo_analysis.errors import InputError, unknown_key
 from imo_analysis.machine import InductionMachine
-from imo_analysis.quantity import si_value
+from imo_analysis.quantity import accepted, si_value, with_unit
 
 LEAST_EFFICIENCY = 0.3  # of any motor that a drive feeds, at its rated point
 TYPICAL_LEAKAGE = 0.2  # of the base impedance; catalogues of standard motors lie between 0.15 and 0.25
+ROUNDING = 0.01  # of the power that voltage, current and power factor give: plates have two or three digits of each
+COPPER_SHARE = 0.5  # at least, of what a standard motor's stator loses with iron, stray and friction losses: the copper's part
+_CONTRADICTION = 0.03  # of the power taken; a plate's own digits explain half of it
 _UNITS = {"power": "W", "voltage": "V", "current": "A", "frequency": "Hz", "speed": "rad/s", "power_factor": "1",
-          "starting_current": "1"}
+          "efficiency": "1", "starting_current": "1"}
 _NEEDED = ("power", "voltage", "frequency", "speed")
 _PARAMETERS = ("R_s", "R_r", "L_m", "L_s", "L_r", "J")  # with the plate's n_p a whole machine
+_ALSO = {"cosphi": "power_factor", "cos": "power_factor", "pf": "power_factor", "eta": "efficiency", "eff": "efficiency",
+         "n": "speed", "rpm": "speed", "u": "voltage", "v": "voltage", "i": "current", "amps": "current", "f": "frequency",
+         "hz": "frequency", "p": "power", "kw": "power"}
+CONNECTIONS = ("star", "delta")
+_BOTH = re.compile(r"\s*(\d+\.?\d*)\s*/\s*(\d+\.?\d*)\s*([A-Za-z]+)\s*$")
 
 
 @dataclass(frozen=True)
@@ -42,8 +51,15 @@ class Nameplate:
         Of the shaft at that power, in rad/s; text such as ``"1430 rpm"`` in files.
     power_factor : float
         At that power; 0 where it is not given.
+    efficiency : float
+        At that power; 0 where it is not given. It stands in for a current or a power factor that the plate does not have.
     starting_current : float
         At standstill and full voltage, over the rated one; 0 where it is not given.
+
+    Notes
+    -----
+    ``connection``, ``star`` or ``delta``, only chooses from a plate with values for both, such as ``"400/690 V"`` with
+    ``"15.2/8.8 A"``. Between lines and in a line a machine is the same in either: parameters are those of the equivalent star.
     """
 
     power: float
@@ -52,6 +68,7 @@ class Nameplate:
     speed: float
     current: float = 0.0
     power_factor: float = 0.0
+    efficiency: float = 0.0
     starting_current: float = 0.0
 
     @classmethod
@@ -70,24 +87,58 @@ class Nameplate:
         InputError
             If something is missing, unknown or cannot be.
         """
-        for name in values:
-            if name not in _UNITS:
-                raise InputError(f"{where}.{name} is not a known key; it has: {', '.join(_UNITS)}")
+        unknown = [unknown_key(where, name, (*_UNITS, "connection"), _ALSO) for name in values
+                   if name not in _UNITS and name != "connection"]
+        if unknown:
+            raise InputError(f"{'; '.join(unknown)}; a plate has: {', '.join(_UNITS)}, connection")
         for name in _NEEDED:
             if name not in values:
-                raise InputError(f"{where}.{name} is missing; it is on the plate (in {_UNITS[name]}, or text with a unit)")
+                raise InputError(f"{where}.{name} is missing; it is on the plate (in {accepted(_UNITS[name])})")
+        values = _of_connection(values, where)
         plate = cls(**{name: si_value(value, _UNITS[name], f"{where}.{name}") for name, value in values.items()})
         for name in values:
             if getattr(plate, name) <= 0:
-                raise InputError(f"{where}.{name} = {getattr(plate, name):g} {_UNITS[name]} must be above 0")
-        if plate.power_factor >= 1:
-            raise InputError(f"{where}.power_factor = {plate.power_factor:g} must be below 1")
-        if not 0 < plate.slip < 0.2 * plate.stator_frequency:
+                raise InputError(f"{where}.{name} = {with_unit(getattr(plate, name), _UNITS[name])} must be above 0")
+        for name in ("power_factor", "efficiency"):
+            if getattr(plate, name) >= 1:
+                raise InputError(f'{where}.{name} = {getattr(plate, name):g} must be below 1, as in 0.84 or "84 %"')
+        if not plate._turns():
+            meant = replace(plate, speed=plate.speed * math.pi / 30)
+            hint = (f'did you mean "{plate.speed:g} rpm"?' if meant._turns()
+                    else 'is it the speed at rated power, and has it its unit, as in "1455 rpm"?')
             raise InputError(
                 f"{where}.speed = {plate.speed:.4g} rad/s, {plate.speed * 30 / math.pi:.4g} rpm, must be a little (up to 20 %) "
                 f"below the synchronous {plate.stator_frequency / plate.n_p * 30 / math.pi:g} rpm of {plate.n_p} pole pair(s) "
-                f"at {plate.frequency:g} Hz; is it the speed at rated power, and has it its unit, as in \"1455 rpm\"?")
-        return plate
+                f"at {plate.frequency:g} Hz; {hint}")
+        return plate._completed(where)
+
+    def _turns(self) -> bool:
+        return 0 < self.slip < 0.2 * self.stator_frequency
+
+    def _completed(self, where: str) -> Nameplate:
+        """With the current or the power factor that the efficiency tells, where the plate lacks one of them."""
+        if not self.efficiency:
+            return self
+        apparent = math.sqrt(3) * self.voltage
+        if self.power_factor and not self.current:
+            return replace(self, current=self.power / (self.efficiency * apparent * self.power_factor))
+        if self.current and not self.power_factor:
+            found = self.power / (self.efficiency * apparent * self.current)
+            if found >= 1:
+                raise InputError(f"{where}.efficiency = {self.efficiency:g} makes a power factor of {found:.3g} with power, voltage "
+                                 "and current; it must be below 1: check the four")
+            return replace(self, power_factor=found)
+        return self
+
+    @property
+    def taken(self) -> float:
+        """Power in W that voltage, current and power factor give."""
+        return math.sqrt(3) * self.voltage * self.current * self.power_factor
+
+    @property
+    def gap(self) -> float:
+        """Power over the air gap in W, friction left out: what the shaft gives and the slip takes."""
+        return self.torque * self.stator_frequency / self.n_p
 
     @property
     def stator_frequency(self) -> float:
@@ -139,17 +190,17 @@ def machine_of(plate: Nameplate, known: Mapping[str, Any], where: str = "namepla
     """
     for name, value in (("current", plate.current), ("power_factor", plate.power_factor)):
         if value == 0:
-            raise InputError(f"{where}.{name} is missing; parameters cannot be found without it: give it, or all of [machine]")
+            raise InputError(f"{where}.{name} is missing; parameters cannot be found without it: give it, the "
+                             "plate's efficiency in its place, or all of [machine]")
     if "J" not in known:
         raise InputError(f"{where}: no plate has the inertia; write J in [machine], in kg m^2, of rotor and load together")
     u, i = plate.phase_voltage, math.sqrt(2) * plate.current * cmath.exp(-1j * math.acos(plate.power_factor))
-    taken = 1.5 * u * i.real
-    gap = plate.torque * plate.stator_frequency / plate.n_p
+    taken, gap = plate.taken, plate.gap
     if not LEAST_EFFICIENCY < plate.power / taken < 1:
         raise InputError(f"{where}.power = {plate.power:g} W at the shaft of the {taken:.4g} W that voltage, current and power "
                          f"factor give is an efficiency of {plate.power / taken:.3g}; it must be between {LEAST_EFFICIENCY:g} "
                          "and 1: check the four, and the unit of the power (\"7.5 kW\")")
-    R_s = si_value(known["R_s"], "ohm", "machine.R_s") if "R_s" in known else (taken - gap) / (1.5 * abs(i) ** 2)
+    R_s = si_value(known["R_s"], "ohm", "machine.R_s") if "R_s" in known else _stator_resistance(plate, taken)
     if R_s <= 0:
         raise InputError(f"{where}: {plate.power:g} W at the shaft are {gap:.4g} W over the air gap, more than the {taken:.4g} "
                          "W that voltage, current and power factor give; check the four")
@@ -180,6 +231,67 @@ def machine_of(plate: Nameplate, known: Mapping[str, Any], where: str = "namepla
     return InductionMachine.from_inverse_gamma(**{
         "n_p": plate.n_p, "R_s": R_s, "R_R": R_R, "L_sgm": L_sgm, "L_M": L_M,
         "source": f"estimated from its name plate, with {assumed}", **more})
+
+
+def remarks(plate: Nameplate, known: Mapping[str, Any]) -> list[str]:
+    """What a study of this plate should say of it, in sentences: its efficiency, and how sure R_s is.
+
+    The stator's loss is what is taken less what crosses the air gap; iron, stray and friction losses are in it. So R_s is at most
+    all of it, with the rounding of the plate, and at least `COPPER_SHARE` of it.
+
+    Parameters
+    ----------
+    plate : Nameplate
+    known : mapping
+        The table ``[machine]``.
+    """
+    if not plate.taken:
+        return []
+    implied = plate.power / plate.taken
+    found = [f"voltage, current and power factor give {plate.taken:.0f} W, so that {plate.power:.0f} W at the shaft are an "
+             f"efficiency of {100 * implied:.1f} %"]
+    measured = "R_s" in known or "preset" in known
+    if plate.efficiency and abs(plate.efficiency / implied - 1) > _CONTRADICTION:
+        current = plate.current * implied / plate.efficiency
+        text = (f"CONTRADICTION: the plate's efficiency is {100 * plate.efficiency:.1f} %, which needs {current:.4g} A where it has "
+                f"{plate.current:.4g} A. Check both; the study is made with the current")
+        if not measured:
+            less, R_s = plate.power / plate.efficiency - plate.gap, _stator_resistance(plate, plate.taken)
+            text += f", and R_s is then {R_s:.3g} ohm" + (
+                f" where the efficiency leaves {less / (3 * current**2):.3g} ohm" if less > 0 else "")
+        found.append(text)
+    if not measured:
+        low = COPPER_SHARE * _stator_resistance(plate, (1 - ROUNDING) * plate.taken)
+        high = _stator_resistance(plate, (1 + ROUNDING) * plate.taken)
+        found.append(f"R_s = {_stator_resistance(plate, plate.taken):.3g} ohm is estimated from the plate, between {max(low, 0):.2g} "
+                     f"and {high:.2g} ohm: iron, stray and friction losses are counted with the copper's, of which they may be as "
+                     "much again. Measure it: half of what an ohmmeter shows between two terminals, in star or delta")
+    return found
+
+
+def _stator_resistance(plate: Nameplate, taken: float) -> float:
+    """R_s in ohm of the equivalent star, if copper takes all that the stator loses of the power ``taken``."""
+    return (taken - plate.gap) / (3 * plate.current**2)
+
+
+def _of_connection(values: Mapping[str, Any], where: str) -> dict[str, Any]:
+    """The values of one connection, where the plate has them for delta and star, ``"400/690 V"``."""
+    values = dict(values)
+    connection = values.pop("connection", None)
+    if connection is not None and connection not in CONNECTIONS:
+        raise InputError(f'{where}.connection = {connection!r} must be "star" or "delta"')
+    for name, value in values.items():
+        both = _BOTH.match(value) if isinstance(value, str) and name in ("voltage", "current") else None
+        if both:
+            low, high = sorted((both[1], both[2]), key=float)
+            unit = both[3].strip()
+            # a winding takes the lower voltage in delta, and the line then carries the higher current
+            star, delta = (high, low) if name == "voltage" else (low, high)
+            if connection is None:
+                raise InputError(f'{where}.{name} = "{value}" is for two connections: write the value of yours, "{delta} {unit}" in '
+                                 f'delta or "{star} {unit}" in star, or add connection = "delta" or "star"')
+            values[name] = f"{star if connection == 'star' else delta} {unit}"
+    return values
 
 
 def rated_flux(plate: Nameplate, machine: InductionMachine) -> tuple[float, float]:

@@ -180,7 +180,7 @@ class Study(Table):
         try:
             return cls(**{**data, "machine": machine, "data": data})
         except ValidationError as error:
-            text = readable(error, f"{where}:").replace(":.", ": ").replace(":)", ")")
+            text = readable(error, f"{where}:", cls).replace(":.", ": ").replace(":)", ")")
             if any(fault["type"] == "missing" and len(fault["loc"]) == 1 for fault in error.errors(include_url=False)):
                 text += "; start from a whole study: imo study --init FILE"
             raise InputError(text) from None

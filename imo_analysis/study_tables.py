@@ -19,6 +19,7 @@ def _si(unit: str) -> Callable[[Any, ValidationInfo], float]:
     def convert(value: Any, info: ValidationInfo) -> float:
         return si_value(value, unit, info.field_name or "value")
 
+    convert.unit = unit  # type: ignore[attr-defined]  # for messages
     return convert
 
 
@@ -431,4 +432,4 @@ def read_replay(values: Any, where: str) -> Replay:
     try:
         return Replay(**values)
     except ValidationError as error:
-        raise InputError(readable(error, f"{where}: replay")) from None
+        raise InputError(readable(error, f"{where}: replay", Replay)) from None

@@ -20,7 +20,7 @@ FAULTS = [
     ("duration = 60.0", 'duration = "60,5 s"', '"60,5 s" is not a number with a unit; write it with a point'),
     ("duration = 60.0", 'duration = "0.035"', '"0.035" is not a number with a unit'),
     ("duration = 60.0", "duration = true", "duration = True is not a number"),
-    ("duration = 60.0", "duration = -1.0", "simulation.duration = -1.0"),
+    ("duration = 60.0", "duration = -1.0", "simulation.duration = -1 s must be above 0 s"),
     ("duration = 60.0", "duration = nan", "duration = nan is not finite"),
     ("duration = 60.0", "duration = 1e-6", "must be at least one sample_time"),
     ("duration = 60.0       # s", "", "simulation.duration is missing"),

@@ -27,6 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Compute and write; 1 if an entry of the ledger is not what it should be, or a scenario diverged."""
     from imo_analysis.commands.output import check_places, emit_json, say
+    from imo_analysis.files import remove_empty
     from imo_analysis.ledger.show import counts
     from imo_analysis.report.dossier import summary, write_dossier
     from imo_analysis.study import Study
@@ -43,7 +44,13 @@ def run(args: argparse.Namespace) -> int:
         if not args.quiet:
             print(f"[{time.perf_counter() - start:5.1f} s] {text}", file=sys.stderr, flush=True)
 
-    written = write_dossier(study, args.out, note, args.small, args.markdown, args.pdf)
+    before = Path(args.out).exists()
+    try:
+        written = write_dossier(study, args.out, note, args.small, args.markdown, args.pdf)
+    except KeyboardInterrupt:
+        if not before:
+            remove_empty(args.out)
+        raise
     figures = sum(name.endswith(".svg") for name, _ in written.files)
     verdicts = ", ".join(f"{number} {word}" for word, number in counts(written.entries).items())
     others = len(written.files) - 1

@@ -28,17 +28,19 @@ def run(args: argparse.Namespace) -> int:
     from imo_analysis.files import write_text
     from imo_analysis.study import Study, paper_text
 
-    check_places(args)
+    check_places(args, "init", force=args.force)
     if args.init is not None:
         if args.flux is not None and not args.machine:
             raise InputError(f"--flux {args.flux:g} goes with --machine FILE; the paper's study has its own")
         if args.study:
             raise InputError(f"study = {args.study} cannot be given with --init; leave one of the two out")
-        if Path(args.init).exists() and not args.force:
+        if Path(args.init).exists() and not args.force:  # whatever its ending
             raise InputError(f"{args.init} exists already; choose another name, or --force to overwrite it")
         write_text(args.init, _own(args.machine, args.flux) if args.machine else paper_text())
         then = f"imo report {args.init}" if args.machine else f"imo simulate {args.init} --out run.nc"
         say(args, f"wrote {args.init}; now: {then}")
+        for remark in _remarks(args.machine) if args.machine else []:
+            say(args, f"  plate: {remark}")
     elif args.flux is not None:
         raise InputError(f"--flux {args.flux:g} goes with --init FILE --machine FILE; the flux of a study is its drive.flux")
     elif args.machine:
@@ -63,3 +65,9 @@ def _own(name: str, flux: float | None) -> str:
     from imo_analysis.tuning.start import study_of
 
     return study_of(name, flux)
+
+
+def _remarks(name: str) -> list[str]:
+    from imo_analysis.tuning.start import remarks_of
+
+    return remarks_of(name)

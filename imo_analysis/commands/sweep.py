@@ -92,10 +92,15 @@ def _computed(args: argparse.Namespace, study: Any, out: Path) -> Any:
     wanted = [chunk.number for chunk in plan.chunks if chunk.number not in parts]
     before = sum(len(part["possible"]) for part in parts.values())
     with tqdm(total=plan.runs, initial=before, unit="run", desc="sweep", file=sys.stderr, disable=None, smoothing=0.1) as bar:
-        for number, part in on_cluster(plan, wanted, client) if client else locally(plan, wanted, args.jobs):
-            kept.keep(number, part)
-            parts[number] = part
-            bar.update(len(part["possible"]))
+        try:
+            for number, part in on_cluster(plan, wanted, client) if client else locally(plan, wanted, args.jobs):
+                kept.keep(number, part)
+                parts[number] = part
+                bar.update(len(part["possible"]))
+        except KeyboardInterrupt:
+            bar.close()
+            raise KeyboardInterrupt(f"interrupted; {len(parts)} of {len(plan.chunks)} chunks are kept in {kept.path}: the same "
+                                    "command with --resume goes on with them, or remove the folder") from None
     check_possible(plan, parts)
     data = assembled(plan, parts)
     with replacing(out) as beside:

@@ -79,4 +79,4 @@ def _settings(table: Any, where: str) -> ObserverSettings:
     try:
         return ObserverSettings.model_validate(table)
     except ValidationError as error:
-        raise InputError(readable(error, where)) from None
+        raise InputError(readable(error, where, ObserverSettings)) from None

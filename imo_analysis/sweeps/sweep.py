@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import itertools
 import json
+import warnings
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -97,7 +98,12 @@ class Plan:
         self._drawn = [name for name in self.fields if name not in outer and name not in inner]
         draws = self.settings.runs
         if not self._drawn and draws > 1:
-            raise InputError(f"sweep.runs = {draws} draws nothing, since every field has a grid; leave it out, or draw a field")
+            warnings.warn(f"sweep.runs = {draws} draws nothing, since every field has a grid; each point of it is run once",
+                          stacklevel=2)
+            self.study = self.study.changed({"sweep.runs": 1})
+            self.text = self.study.to_toml()
+            self.settings = self.study.sweep
+            draws = 1
         self._draws = draws
         each = len(self._inner) * draws
         self.runs = len(self._outer) * each

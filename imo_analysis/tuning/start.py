@@ -10,15 +10,18 @@ estimates.
 from __future__ import annotations
 
 import math
+import textwrap
 import tomllib
+from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 from imo_analysis.equations.catalogue import OBSERVERS as KNOWN
 from imo_analysis.equations.steady_state import slip_of_torque
 from imo_analysis.errors import InputError
 from imo_analysis.files import read_toml
 from imo_analysis.machine import PAPER_PRESETS, PRESETS, InductionMachine, check_tables
-from imo_analysis.nameplate import Nameplate, plated
+from imo_analysis.nameplate import Nameplate, plated, remarks
 from imo_analysis.study import Study, paper_text
 from imo_analysis.study_tuning import Tuning
 from imo_analysis.toml_writer import toml_text
@@ -182,11 +185,38 @@ def study_of(name: str, flux: float | None = None) -> str:
     data = read_toml(name)
     check_tables(data, name)
     if "nameplate" not in data:
-        return study_text(InductionMachine.load(name), flux)
+        return study_text(_unplated(name, data), flux)
     if flux is not None:
         raise InputError(f"--flux {flux:g} cannot be given with a [nameplate], which gives the flux; leave one of them out")
     plate, machine = plated(data, name)
-    return study_text(machine, plate=plate)
+    head, newline, rest = study_text(machine, plate=plate).partition("\n\n")
+    said = [f"# {line}" for text in remarks_of(name) for line in textwrap.wrap(f"Plate: {text}.", 118)]
+    return "\n".join([head, *said]) + newline + rest
+
+
+def remarks_of(name: str) -> list[str]:
+    """What there is to say of the plate in a file, in sentences; nothing of a file without one.
+
+    Parameters
+    ----------
+    name : str
+        The file, or a preset.
+    """
+    data = {} if name in PRESETS else read_toml(name)
+    return remarks(plated(data, name)[0], data.get("machine", {})) if "nameplate" in data else []
+
+
+def _unplated(name: str, data: Mapping[str, Any]) -> InductionMachine:
+    try:
+        return InductionMachine.load(name)
+    except InputError as error:
+        if " is missing" not in str(error):
+            raise
+        known = "R_s, R_r, L_m, L_s, L_r, n_p and J in [machine]"
+        if not data.get("machine"):
+            raise InputError(f"{name} has no motor in it: write a [nameplate] with power, voltage, current, frequency, speed and "
+                             f"power_factor, and J in [machine]; or {known}") from None
+        raise InputError(f"{error}; give all of {known}, or leave R_s, R_r, L_m, L_s, L_r and n_p to a [nameplate]") from None
 
 
 def study_text(machine: InductionMachine, flux: float | None = None, plate: Nameplate | None = None) -> str:

@@ -338,12 +338,12 @@ def test_plain_or_not(paper, everything):
 
 
 @pytest.mark.parametrize(("values", "text"), [
-    ({"inverter.delay": 2}, "inverter.delay = 2: input should be less than or equal to 1"),
+    ({"inverter.delay": 2}, "inverter.delay = 2 must be 1 or below"),
     ({"inverter.dead_time": "1 us"}, "dead_time = 1e-06 needs a DC link"),
     ({"inverter.dc_link": 500.0, "inverter.dead_time": 3e-5}, "must be below a quarter of the carrier period, 2.5e-05 s"),
     ({"mechanics.stiffness": 3.0}, "load_share = 0 must be above 0"),
     ({"mechanics.load_share": 0.1}, "stiffness = 0 N m must be above 0"),
-    ({"mechanics": {"load_share": 1.0, "stiffness": 3.0}}, "less than 1"),
+    ({"mechanics": {"load_share": 1.0, "stiffness": 3.0}}, "load_share = 1 must be below 1"),
     ({"mechanics": {"load_share": 0.6, "stiffness": 3e6}}, "set simulation.substeps to 6 or more"),
     ({"mechanics.coulomb": "3 A"}, "it must be in N m"),
     ({"saturation": {"flux": [0.1, 0.2, 0.3], "current": [1.0, 2.0]}}, "must be as many"),
@@ -354,8 +354,8 @@ def test_plain_or_not(paper, everything):
     ({"drive.errors.n_p": 1.0}, "errors.n_p is not known for the drive"),
     ({"drive.errors.R_s": -1.0}, "must be above -1"),
     ({"observers.repaired.errors.L_m": 0.5}, "observers.repaired.errors make a machine that cannot be: L_m"),
-    ({"observers.repaired.direction": "up"}, "input should be 'true', 'reference' or 'estimate'"),
-    ({"sensors.current_resolution": -1.0}, "greater than or equal to 0"),
+    ({"observers.repaired.direction": "up"}, "observers.repaired.direction = 'up' must be 'true', 'reference' or 'estimate'"),
+    ({"sensors.current_resolution": -1.0}, "current_resolution = -1 A must be 0 A or above"),
 ])
 def test_bad_input_is_named_in_a_line(paper, values, text):
     with pytest.raises(InputError, match=text) as caught:
