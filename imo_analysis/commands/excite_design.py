@@ -15,8 +15,9 @@ HOUR = 3600.0  # s
 def design_modulation(args: argparse.Namespace) -> int:
     """Design, simulate the design, print both; exit code 1 if the simulation misses the accuracy or a limit."""
     from imo_analysis.commands.output import emit_json, say
-    from imo_analysis.excitation.design import FREQUENCIES, LIMITS, cheapest_by_waveform, design
-    from imo_analysis.excitation.design_check import plant_of, slowest_rate, verify, wanted_of
+    from imo_analysis.excitation.choice import cheapest_by_waveform, passed_over
+    from imo_analysis.excitation.design import LIMITS, search
+    from imo_analysis.excitation.design_check import plant_of, verified, wanted_of
     from imo_analysis.study import Study
 
     if args.run:
@@ -33,17 +34,20 @@ def design_modulation(args: argparse.Namespace) -> int:
         given["noise"] = _positive("--noise", [args.noise])[0]
     wanted = wanted_of(study, observer, alpha, omega, within, **given, **_limits(args.limit))
     plant = plant_of(study, observer)
-    found, tried = design(plant, wanted)
-    waveforms = cheapest_by_waveform(tried, wanted)
-    exact, where = slowest_rate(plant, found, wanted)
-    checks = verify(study, found, wanted, observer, [where])
+    able, deepest = search(plant, wanted)
+    taken = verified(study, observer, wanted, able, deepest)
+    found, checks, chosen = taken.chosen.design, taken.checks, taken.chosen
+    waveforms = cheapest_by_waveform(plant, able, wanted)
+    tried = [one.frequency for one in (*able, *deepest)]
     say(args, f"flux modulated by {100 * found.depth:.3g} % at {found.frequency:.4g} rad/s, a {_words(found.waveform)} of the "
-              f"reference, for observer {observer}: the cheapest from {FREQUENCIES[0]:g} to {FREQUENCIES[-1]:g} rad/s")
-    say(args, f"  over {_range(wanted.speeds)} rad/s and {_range(wanted.torques)} N m the error of alpha_hat decays as "
-              f"exp(-{found.rate:.3g} t), t in s, or faster")
+              f"reference, for observer {observer}: the cheapest from {min(tried):.4g} to {max(tried):.4g} rad/s")
+    if chosen.passed or taken.failed:
+        say(args, f"  {passed_over(chosen.passed, taken.failed)}")
+    say(args, f"  over {_range(wanted.speeds)} rad/s and {_range(wanted.torques)} N m the error of alpha_hat, {wanted.start:.3g} /s "
+              f"at first, decays at {found.rate:.3g} 1/s")
     say(args, f"  on average over the modulation (slowest at {found.slowest[0]:.4g} rad/s, {found.slowest[1]:.3g} N m); by "
-              f"Floquet's multiplier its slowest part at {exact:.3g} 1/s,")
-    say(args, f"  at {where[0]:.4g} rad/s, {where[1]:.3g} N m; the noise leaves it {found.bias:.3g} /s off")
+              f"Floquet's multiplier its slowest part at {chosen.rate:.3g} 1/s,")
+    say(args, f"  at {chosen.where[0]:.4g} rad/s, {chosen.where[1]:.3g} N m; the noise leaves it {found.bias:.3g} /s off")
     say(args, f"  no unbiased estimate can be closer, in {wanted.time:g} s: alpha +- {found.alpha_bound:.2g} /s, "
               f"omega +- {found.omega_bound:.2g} rad/s")
     say(args, f"  costs {found.loss:.3g} W of copper loss; of the limits it uses "
@@ -53,14 +57,15 @@ def design_modulation(args: argparse.Namespace) -> int:
             say(args, f"  a {_words(other.waveform)} would cost {other.loss:.3g} W: {100 * other.depth:.3g} % at "
                       f"{other.frequency:.4g} rad/s, {other.ripple:.2g} N m, peaks of {other.current:.3g} A, "
                       f"{other.voltage:.3g} V")
-    say(args, f"in closed loop with {wanted.noise:g} A of noise, after {wanted.time:g} s; torque: half the swing that the "
-              "modulation makes without noise,")
-    say(args, "and in brackets the deviation that noise makes without modulation:")
+    say(args, f"in closed loop with {wanted.noise:g} A of noise, {wanted.time:g} s after alpha_hat was off by "
+              f"{wanted.start:.3g} /s, to the worse side;")
+    say(args, "torque: half the swing that the modulation makes without noise, in brackets the deviation that noise makes "
+              "without modulation:")
     for one in checks:
         say(args, f"  {one.omega:4.4g} rad/s, {one.torque:3.3g} N m: alpha {one.alpha_error:+.3f} +- {one.alpha_deviation:.3f} "
                   f"/s, omega {one.omega_error:+.3f} +- {one.omega_deviation:.3f} rad/s, {one.loss:.2f} W, "
                   f"{one.ripple:.4f} N m ({one.noise_torque:.3f})")
-    missed = sorted({name for one in checks for name in one.missed(wanted)})
+    missed = taken.missed(wanted)
     reached = not missed
     say(args, "the wanted accuracy is reached within the limits, by rms errors" if reached else
         f"MISSED in closed loop: {', '.join(missed)}" + (
@@ -77,7 +82,7 @@ def design_modulation(args: argparse.Namespace) -> int:
                   f"imo simulate {args.duty} --out duty.nc")
     emit_json(args, "imo-excitation-design/2", {
         "study": args.design, "observer": observer, "wanted": _without_infinity(asdict(wanted)), "design": asdict(found),
-        "floquet_rate": exact, "waveforms": [asdict(one) for one in waveforms], "closed_loop": [asdict(one) for one in checks],
+        "floquet_rate": chosen.rate, "passed_over": chosen.passed, "missed_in_closed_loop": taken.failed, "waveforms": [asdict(one) for one in waveforms], "closed_loop": [asdict(one) for one in checks],
         "reached": reached})
     return 0 if reached else 1
 

@@ -20,17 +20,18 @@ from numpy.typing import NDArray
 from imo_analysis.errors import InputError
 from imo_analysis.excitation.bounds import Measurement, bounds_over_speed, held_torque_along, slip_at
 from imo_analysis.excitation.ripple import torque_ripple
-from imo_analysis.excitation.settling import KINDS, QUIET, settling_rate
+from imo_analysis.excitation.settling import KINDS, QUIET, opening_time, settling_rate
 from imo_analysis.excitation.swing import COSINE, Shape, costs, shape_of
 from imo_analysis.machine import InductionMachine
 from imo_analysis.simulation.waveforms import WAVES
 from imo_analysis.study_tables import Drive
 
 _CONFIDENCE = 3.0  # standard deviations that the accuracy must hold
-_DEEPEST = 0.5  # of the mean flux: beyond, the averaged rate is no guide
+DEEPEST = 0.5  # of the mean flux: beyond, the averaged rate is no guide
 _DEEPEST_REFERENCE = 0.95  # of the mean flux: its reference must stay above 0
-_MARGIN = 0.9  # the averaged rate and bias, and the torque ripple, are good to a few per cent
-FREQUENCIES = tuple(float(one) for one in np.geomspace(2, 200, 25))  # rad/s
+MARGIN = 0.9  # the averaged rate and bias, and the torque ripple, are good to a few per cent
+FREQUENCIES = tuple(float(one) for one in np.geomspace(2, 200, 25))  # rad/s; `search` goes beyond where the best is at an end
+_SAMPLES = 20  # of the drive in a period of the modulation, at least
 _SPEEDS, _TORQUES = 9, 3  # points of the grid over the operating range
 _ORDERS = 3  # of the lines whose sidebands are looked for at zero frequency
 
@@ -99,6 +100,8 @@ class Design:
         Speed (rad/s) and torque (N m) at which the rate is the slowest.
     waveform : str
         Of the reference; the flux follows as the drive lets it.
+    delay : float
+        Time in s before the law begins to settle: until a supervisor's filters are full, else 0.
     """
 
     depth: float
@@ -113,6 +116,7 @@ class Design:
     loss: float
     slowest: tuple[float, float]
     waveform: str = "sine"
+    delay: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -149,7 +153,7 @@ class Limit:
 
 LIMITS = (
     Limit("flux", "depth_limit", "depth", "%", 100.0),
-    Limit("torque", "torque_limit", "ripple", "N m", margin=_MARGIN),
+    Limit("torque", "torque_limit", "ripple", "N m", margin=MARGIN),
     Limit("current", "current_limit", "current", "A"),
     Limit("voltage", "voltage_limit", "voltage", "V"),
 )
@@ -188,9 +192,11 @@ def _ends(values: tuple[float, ...]) -> tuple[float, ...]:
 
 
 def operating_range(wanted: Wanted, slips: NDArray[np.float64], frequency: float, shape: Shape) -> NDArray[np.float64]:
-    """Speeds to look at, in rad/s: those given, a grid between them, and those at which a sideband stands still."""
+    """Speeds to look at, in rad/s: those given, a grid between them, and those at which the flux itself or a
+    sideband stands still.
+    """
     low, high = min(wanted.speeds), max(wanted.speeds)
-    still = [sign * order * frequency - slip for order in shape.orders[:_ORDERS] for sign in (1, -1) for slip in slips]
+    still = [line * frequency - slip for order in (0, *shape.orders[:_ORDERS]) for line in (order, -order) for slip in slips]
     return np.unique([*wanted.speeds, *np.linspace(low, high, _SPEEDS), *(one for one in still if low < one < high)])
 
 
@@ -226,31 +232,40 @@ def _settling(plant: Plant, wanted: Wanted, depth: float, frequency: float, shap
     rates = settling_rate(machine, gains, plant.flux, depth, frequency, speeds[:, None], slips, shape, plant.kind)
     at = np.unravel_index(np.argmin(rates), rates.shape)
     rate = float(rates[at])
+    found = Design(depth, float(frequency), rate, 0.0, math.nan, math.nan, math.nan, math.nan, math.nan, math.nan,
+                   (float(speeds[at[0]]), torques_looked_at(wanted)[int(at[1])]))
+    if plant.kind == "supervised":
+        found = replace(found, delay=opening_time(machine, gains, plant.flux, depth, frequency, shape))
+    return with_rate(plant, found, rate, wanted)
+
+
+def with_rate(plant: Plant, found: Design, rate: float, wanted: Wanted) -> Design:
+    """The same with another rate, and the error that the noise then leaves."""
     bias = 0.0
     if plant.kind not in QUIET:
-        bias = 2 * gains["g"] * (1 + machine.beta * machine.L_m) * wanted.noise**2 / rate if rate > 0 else math.inf
-    return Design(depth, float(frequency), rate, bias, math.nan, math.nan, math.nan, math.nan, math.nan, math.nan,
-                  (float(speeds[at[0]]), torques_looked_at(wanted)[int(at[1])]))
+        drift = 2 * plant.gains["g"] * (1 + plant.machine.beta * plant.machine.L_m) * wanted.noise**2
+        bias = drift / rate if rate > 0 else math.inf
+    return replace(found, rate=rate, bias=bias)
 
 
-def _settles(found: Design, wanted: Wanted) -> bool:
-    """Whether alpha_hat is close enough in the time."""
-    return wanted.start * math.exp(-found.rate * wanted.time) + found.bias <= _MARGIN * wanted.alpha
+def settles(found: Design, wanted: Wanted, margin: float = MARGIN) -> bool:
+    """Whether alpha_hat is close enough in the time, to a part of the accuracy."""
+    return wanted.start * math.exp(-found.rate * max(wanted.time - found.delay, 0.0)) + found.bias <= margin * wanted.alpha
 
 
 def reaches(found: Design, wanted: Wanted) -> bool:
     """Whether a modulation reaches the accuracy in the time."""
-    return (_settles(found, wanted) and _CONFIDENCE * found.alpha_bound <= wanted.alpha
+    return (settles(found, wanted) and _CONFIDENCE * found.alpha_bound <= wanted.alpha
             and _CONFIDENCE * found.omega_bound <= wanted.omega)
 
 
 def time_needed(found: Design, wanted: Wanted) -> float:
     """The time in s after which a modulation reaches the accuracy; infinite where it never does."""
-    left = _MARGIN * wanted.alpha - found.bias
+    left = MARGIN * wanted.alpha - found.bias
     if left <= 0 or found.rate <= 0:
         return math.inf
     bound = max(found.alpha_bound / wanted.alpha, found.omega_bound / wanted.omega) * _CONFIDENCE
-    return max(math.log(max(wanted.start / left, 1.0)) / found.rate, wanted.time * bound * bound)
+    return max(found.delay + math.log(max(wanted.start / left, 1.0)) / found.rate, wanted.time * bound * bound)
 
 
 def within(found: Design, wanted: Wanted) -> bool:
@@ -258,93 +273,61 @@ def within(found: Design, wanted: Wanted) -> bool:
     return all(limit.used(found) <= limit.value(wanted) for limit in LIMITS)
 
 
-def design(plant: Plant, wanted: Wanted, *, frequencies: Sequence[float] = FREQUENCIES) -> tuple[Design, list[Design]]:
-    """The modulation with the least added loss that reaches the accuracy within the limits.
-
-    Parameters
-    ----------
-    plant : Plant
-        With an observer of one of `settling.KINDS`. Its drive makes every waveform of `simulation.waveforms` possible, as its
-        loops let the flux follow; without a drive the flux itself is a cosine.
-    frequencies : sequence of float
-        Tried, in rad/s.
-
-    Returns
-    -------
-    Design
-        The one with the least loss.
-    list of Design
-        The smallest depth that reaches the accuracy for each waveform and frequency where one does.
-
-    Raises
-    ------
-    InputError
-        If nothing reaches the accuracy within the limits; it says which limit, and what would be possible.
-    """
-    found, deepest = search(plant, wanted, frequencies)
-    return choose(found, deepest, wanted), found
-
-
 def search(plant: Plant, wanted: Wanted, frequencies: Sequence[float] = FREQUENCIES) -> tuple[list[Design], list[Design]]:
-    """Whatever the limits: the smallest depth for each waveform and frequency, and the deepest where none does."""
+    """Whatever the limits: the smallest depth for each waveform and frequency, and the deepest where none does.
+
+    While the cheapest of a waveform has the highest or lowest frequency tried, others beyond are tried too, as long as a period
+    has `_SAMPLES` samples and fits into the time.
+    """
     if plant.kind not in KINDS:
         raise InputError(f"observer kind {plant.kind!r} has no design; choose one of: {', '.join(KINDS)}")
-    found, deepest = [], []
+    found: list[Design] = []
+    deepest: list[Design] = []
     for waveform in WAVES if plant.drive else ("sine",):
-        for frequency in frequencies:
-            shape = plant.shape(waveform, frequency)
-            most = min(_DEEPEST, _DEEPEST_REFERENCE / shape.reference)
-            depth = _smallest_depth(plant, wanted, frequency, shape, most)
-            if depth is not None:
-                found.append(assess(plant, wanted, depth, frequency, waveform))
-            else:
-                deepest.append(_accuracy(plant, wanted, most, frequency, shape))
+        tried: dict[float, tuple[Design, bool]] = {}
+        waiting = list(frequencies)
+        while waiting:
+            tried |= {frequency: _smallest(plant, wanted, frequency, waveform) for frequency in waiting}
+            waiting = _beyond(tried, wanted)
+        for one, reached in tried.values():
+            (found if reached else deepest).append(one)
     return found, deepest
 
 
-def choose(found: Sequence[Design], deepest: Sequence[Design], wanted: Wanted) -> Design:
-    """The one of least loss within the limits; what `design` raises if there is none."""
-    allowed = [one for one in found if within(one, wanted)]
-    if not allowed:
-        asked = f"alpha within {wanted.alpha:g} /s and omega within {wanted.omega:g} rad/s in {wanted.time:g} s"
-        raise InputError(f"no flux modulation reaches {asked}: {_what_is_possible(found, deepest, wanted)}")
-    return min(allowed, key=lambda one: one.loss)
+def _smallest(plant: Plant, wanted: Wanted, frequency: float, waveform: str) -> tuple[Design, bool]:
+    """The smallest that reaches the accuracy, or the deepest, and whether it does."""
+    shape = plant.shape(waveform, frequency)
+    most = min(DEEPEST, _DEEPEST_REFERENCE / shape.reference)
+    depth = _smallest_depth(plant, wanted, frequency, shape, most)
+    if depth is not None:
+        return assess(plant, wanted, depth, frequency, waveform), True
+    return _accuracy(plant, wanted, most, frequency, shape), False
 
 
-def _what_is_possible(found: Sequence[Design], deepest: Sequence[Design], wanted: Wanted) -> str:
-    """Which limit is in the way, its value, and the least that would do."""
-    if not found:
-        time = min((time_needed(one, wanted) for one in deepest), default=math.inf)
-        if math.isfinite(time):
-            return (f"the deepest ones, of {100 * _DEEPEST:g} % or with a reference above 0, need {time:.3g} s; allow that, or "
-                    "less accuracy")
-        return "not even in a long time, for noise leaves alpha_hat further off; ask for less accuracy, or use a quiet observer"
-    for limit in LIMITS:
-        least = min(limit.used(one) for one in found)
-        if least > limit.value(wanted):
-            return (f"the limit of {limit.name} is {limit.said(limit.value(wanted))}, the least that does it needs "
-                    f"{limit.said(least)}; raise it, or ask for less accuracy or more time")
-    for limit in reversed(LIMITS):
-        free: dict[str, Any] = {limit.wanted: math.inf}
-        others = replace(wanted, **free)
-        kept = [limit.used(one) for one in found if within(one, others)]
-        if kept:
-            return (f"the limit of {limit.name} is {limit.said(limit.value(wanted))}, and within the other limits the least "
-                    f"that does it needs {limit.said(min(kept))}; raise one of them, or ask for less accuracy or more time")
-    return "each limit can be kept, but no two of them together; raise them, or ask for less accuracy or more time"
+def _beyond(tried: Mapping[float, tuple[Design, bool]], wanted: Wanted) -> list[float]:
+    """The next frequency, where the cheapest is at the end of those tried."""
+    reached = [one for one, does in tried.values() if does]
+    if len(tried) < 2 or not reached:
+        return []
+    best = min([one for one in reached if within(one, wanted)] or reached, key=lambda one: one.loss).frequency
+    low, *_, high = sorted(tried)
+    further = (high / low) ** (1 / (len(tried) - 1))
+    if best == high and high * further <= 2 * math.pi / (_SAMPLES * wanted.step):
+        return [high * further]
+    return [low / further] if best == low and low / further >= 2 * math.pi / wanted.time else []
 
 
 def _smallest_depth(plant: Plant, wanted: Wanted, frequency: float, shape: Shape, most: float) -> float | None:
     """By bisection, to 1e-5 of ``most``; None where that does not reach the accuracy."""
-    def settles(depth: float) -> bool:
-        return _settles(_settling(plant, wanted, depth, frequency, shape), wanted)
+    def does(depth: float) -> bool:
+        return settles(_settling(plant, wanted, depth, frequency, shape), wanted)
 
     def enough(depth: float) -> bool:
         return reaches(_accuracy(plant, wanted, depth, frequency, shape), wanted)
 
-    if not settles(most):
+    if not does(most):
         return None
-    depth = _bisected(settles, most)
+    depth = _bisected(does, most)
     if enough(depth):
         return depth
     return _bisected(enough, most) if enough(most) else None
@@ -356,12 +339,3 @@ def _bisected(enough: Callable[[float], bool], most: float) -> float:
         middle = (low + high) / 2
         low, high = (low, middle) if enough(middle) else (middle, high)
     return high
-
-
-def cheapest_by_waveform(found: Sequence[Design], wanted: Wanted) -> list[Design]:
-    """The design of least loss within the limits for each waveform, the cheapest waveform first."""
-    best: dict[str, Design] = {}
-    for one in found:
-        if within(one, wanted) and (one.waveform not in best or one.loss < best[one.waveform].loss):
-            best[one.waveform] = one
-    return sorted(best.values(), key=lambda one: one.loss)

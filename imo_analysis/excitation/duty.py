@@ -17,10 +17,22 @@ if TYPE_CHECKING:
     from imo_analysis.study import Study
 
 KINDS = ("consistent_12", "repaired", "quiet", "across", "supervised")
-SPEEDS, LOADS = (20.0, 40.0, 60.0, 80.0, 100.0), (0.0, 2.0, 5.0, 8.0)  # rad/s, N m
+LOADS = (0.0, 0.2, 0.5, 0.8)  # of the largest torque of the study; the rest is left for accelerating
+_SPEEDS = 5  # evenly over the study's range
 ETA = 1.0  # of the supervisor's filters, 1/s
 REST = 0.03  # 1/s: what noise alone may move the supervised alpha_hat by over the whole run, on average
 LEAST = 1.0  # A^2: S_0 without noise
+
+
+def speeds_of(study: Study) -> list[float]:
+    """The duty's electrical speeds in rad/s: over the range of ``tuning.omega``, for which a modulation is designed."""
+    low, high = study.tuning.omega
+    return [round(low + (high - low) * k / (_SPEEDS - 1), 3) for k in range(_SPEEDS)]
+
+
+def loads_of(study: Study) -> list[float]:
+    """The duty's loads in N m: `LOADS` of the study's largest."""
+    return [float(f"{share * study.largest_torque:.6g}") for share in LOADS]
 
 
 def mixed_duty(study: Study, duration: float, *, noise: float = 0.1, dwell: float = 20.0, seed: int = 1, depth: float = 0.0,
@@ -47,7 +59,7 @@ def mixed_duty(study: Study, duration: float, *, noise: float = 0.1, dwell: floa
     Returns
     -------
     Study
-        Speeds 20 to 100 rad/s, load 0 to 8 N m, five observers, recorded every 0.1 s.
+        Speeds of `speeds_of`, loads of `loads_of`, five observers, recorded every 0.1 s.
 
     Raises
     ------
@@ -60,7 +72,7 @@ def mixed_duty(study: Study, duration: float, *, noise: float = 0.1, dwell: floa
     by_kind = {settings["kind"]: settings for settings in study.data["observers"].values()}
     if not {"repaired", "consistent_12"} <= set(by_kind):
         raise InputError("mixed duty needs an observer of kind repaired and one of kind consistent_12 in the study")
-    draw = Random(seed)
+    draw, speeds, loads = Random(seed), speeds_of(study), loads_of(study)
     times = [round(k * dwell, 6) for k in range(max(1, int(duration / dwell)))]
     observers = {kind: {**by_kind.get(kind, by_kind["repaired"]), "kind": kind} for kind in KINDS}
     threshold = supervisor_threshold(study, by_kind["repaired"]["gains"], noise, duration, depth, frequency, waveform)
@@ -69,8 +81,8 @@ def mixed_duty(study: Study, duration: float, *, noise: float = 0.1, dwell: floa
     data = {
         **{key: value for key, value in study.data.items() if key != "scenarios"},
         "title": f"mixed duty, {duration:g} s", "observers": observers,
-        "reference": {"shape": "steps", "time": times, "omega": [draw.choice(SPEEDS) for _ in times]},
-        "load": {"shape": "steps", "time": times, "T_l": [draw.choice(LOADS) for _ in times]},
+        "reference": {"shape": "steps", "time": times, "omega": [draw.choice(speeds) for _ in times]},
+        "load": {"shape": "steps", "time": times, "T_l": [draw.choice(loads) for _ in times]},
     }
     return Study.from_data(data).changed({
         "simulation.duration": duration, "simulation.record_every": 1000, "simulation.seed": seed,
@@ -114,7 +126,7 @@ def supervisor_threshold(study: Study, gains: Mapping[str, float], noise: float,
     floor, least, most = 0.0, LEAST, math.inf
     if noise > 0:
         floors = [noise_floor(study.machine, gains, study.drive, noise, omega, torque, ETA, study.simulation.sample_time)
-                  for omega in (SPEEDS[0], SPEEDS[-1]) for torque in (LOADS[0], LOADS[-1])]
+                  for omega in study.tuning.omega for torque in (0.0, max(loads_of(study)))]
         floor = max(one.across for one in floors)
         least = max(one.threshold(gains["g"], REST / duration) for one in floors)
     if depth and frequency:

@@ -13,7 +13,7 @@ family of rest states (three numbers) they fix where a disturbance ends.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -114,22 +114,47 @@ def predict_steps(study: Study, observer: str, alpha_hat: float | None = None) -
     gains = study.observers[observer].gains if observer in study.observers else {}
     if not {"g", "K_p"} <= set(gains):
         raise InputError(f"{observer!r} is not an adaptive observer of the study; it has no gains g and K_p")
-    load = study.load_torque.T_l[0] * machine.n_p / machine.J
-    magnetizing = drive.flux / machine.L_m
-    if magnetizing >= drive.current_limit:
-        raise InputError(f"drive.current_limit = {drive.current_limit:g} A must be above the magnetising {magnetizing:.3g} A")
-    torque_limit = machine.mu * drive.flux * math.sqrt(drive.current_limit**2 - magnetizing**2)
     current = machine.alpha if alpha_hat is None else alpha_hat
     found = []
     speeds = study.reference.omega
     for time, before, after in zip(study.reference.time[1:], speeds[:-1], speeds[1:], strict=True):
-        step = after - before
-        limit = min(torque_limit - math.copysign(1.0, step) * load, drive.speed_bandwidth * abs(step))
-        square = drift.square_integral_of_step(abs(step), drive.speed_bandwidth, limit) if step else 0.0
-        change = drift.drift_of_acceleration(square, load * step, drive.flux, machine.L_m, machine.mu, gains["g"], gains["K_p"])
+        change = drift_of_step(study, gains, before, after, study.load_torque.T_l[0])
         current += change
         found.append(SpeedStep(time, before, after, change, current))
     return found
+
+
+def drift_of_step(study: Study, gains: Mapping[str, float], before: float, after: float, load: float) -> float:
+    """What a step of the speed reference adds to alpha_hat, in 1/s, at constant flux.
+
+    Parameters
+    ----------
+    study : Study
+        Gives machine and drive.
+    gains : mapping
+        g and K_p.
+    before, after : float
+        Electrical speeds in rad/s.
+    load : float
+        Torque in N m.
+
+    Raises
+    ------
+    InputError
+        If the drive's current does not even magnetise the machine.
+    """
+    machine, drive = study.machine, study.drive
+    magnetizing = drive.flux / machine.L_m
+    if magnetizing >= drive.current_limit:
+        raise InputError(f"drive.current_limit = {drive.current_limit:g} A must be above the magnetising {magnetizing:.3g} A")
+    step, braking = after - before, load * machine.n_p / machine.J
+    if not step:
+        return 0.0
+    torque_limit = machine.mu * drive.flux * math.sqrt(drive.current_limit**2 - magnetizing**2)
+    limit = min(torque_limit - math.copysign(1.0, step) * braking, drive.speed_bandwidth * abs(step))
+    square = drift.square_integral_of_step(abs(step), drive.speed_bandwidth, limit)
+    return float(drift.drift_of_acceleration(square, braking * step, drive.flux, machine.L_m, machine.mu, gains["g"],
+                                             gains["K_p"]))
 
 
 def explain(run: xr.Dataset, study: Study, observer: str, start: float) -> xr.Dataset:

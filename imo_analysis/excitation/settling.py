@@ -34,7 +34,9 @@ from imo_analysis.machine import InductionMachine
 Array = NDArray[np.float64]
 QUIET = ("quiet", "across", "supervised")  # i_hat beside alpha_hat
 KINDS = ("repaired", *QUIET)  # the observers whose alpha_hat settles in this way
+DRIFTS = ("repaired", "quiet")  # those whose alpha_hat a change of speed moves (claim ``resting.drift``)
 _STEPS = 2500.0  # a second, per step of the fourth-order rule: the currents' errors swing at sqrt(K_p) beta psi
+_FILLED = 12.0  # time constants after which a filter is full to 1e-5
 _MOVES = 1e-3  # share of alpha_hat in a Floquet mode, of the largest share, from which on it counts as moving
 
 
@@ -82,6 +84,19 @@ def seen_by_supervisor(machine: InductionMachine, flux: float, depth: float, fre
     """S of the supervisor under modulation, in A^2: the mean square of v_1 across v_2, (beta psi'/alpha)^2."""
     swing = machine.beta * flux * depth * frequency / machine.alpha
     return swing * swing * shape.mean_square_rate
+
+
+def opening_time(machine: InductionMachine, gains: Mapping[str, float], flux: float, depth: float, frequency: float,
+                 shape: Shape = COSINE) -> float:
+    """The time in s that `supervised` loses while its S fills, int (1 - gate(t) / gate) dt, with S (1 - exp(-eta t)); infinite
+    without modulation.
+    """
+    S = seen_by_supervisor(machine, flux, depth, frequency, shape)
+    if S == 0:
+        return math.inf
+    t = np.linspace(0.0, _FILLED, 2001)  # over 1 / eta
+    lost = 1 - gate(S * (1 - np.exp(-t)), gains["S_0"]) / gate(S, gains["S_0"])
+    return float(np.trapezoid(lost, t)) / gains["eta"]
 
 
 def floquet_rate(

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from imo_analysis.drawing import LIMIT, in_style, legend_above, line, new_figure
-from imo_analysis.errors import InputError
+from imo_analysis.errors import Diverged, InputError
 from imo_analysis.report.numbers import number
 from imo_analysis.report.scenarios import Drawn, keep
 from imo_analysis.study import Study
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 HOUR, LEAST, RUNS = 3600.0, 300.0, 60.0  # s; s; lengths of the study's own run, within these two
 SETTLED, EDGE = 30.0, 5.0  # s: to converge at the start and after the pause, and for the supervisor to see the loss
-SHOWN = ("consistent_12", "repaired", "supervised")
+SHOWN = ("consistent_12", "repaired", "quiet", "supervised")
 
 
 @dataclass(frozen=True)
@@ -55,8 +55,8 @@ class Duty:
     opens: float
 
 
-def duty(study: Study, found: Design, folder: Path, noise: float) -> Duty | None:
-    """Simulate up to an hour of mixed duty with a designed modulation that pauses; None where the study lacks the observers."""
+def duty(study: Study, found: Design, folder: Path, noise: float) -> Duty | str:
+    """Simulate up to an hour of mixed duty with a designed modulation that pauses; a sentence where that is not possible."""
     from imo_analysis.excitation.duty import REST, mixed_duty, supervisor_threshold
     from imo_analysis.excitation.supervision import OPEN
     from imo_analysis.simulation.run import simulate
@@ -66,9 +66,11 @@ def duty(study: Study, found: Design, folder: Path, noise: float) -> Duty | None
     try:
         mixed = mixed_duty(study, length, noise=noise, depth=found.depth, frequency=found.frequency,
                            waveform=found.waveform, off=pause)
-    except InputError:
-        return None
-    run = simulate(mixed.only(list(SHOWN)))
+        run = simulate(mixed.only(list(SHOWN)))
+    except InputError as error:
+        return f"There is no run of mixed duty: {error}."
+    except Diverged as error:
+        return f"The run of mixed duty is not shown: {error}."
     error = run["alpha_hat"] - study.machine.alpha
     rows = []
     for name in SHOWN:

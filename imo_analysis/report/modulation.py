@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
-from contextlib import suppress
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from imo_analysis.drawing import LIMIT, TRUTH, in_style, legend_above, line, new_figure
-from imo_analysis.errors import InputError
+from imo_analysis.errors import Diverged, InputError
 from imo_analysis.report.duty import Duty, duty
 from imo_analysis.report.numbers import number
 from imo_analysis.report.scenarios import Drawn, keep
@@ -19,6 +18,7 @@ from imo_analysis.study import Study
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from imo_analysis.excitation.choice import Chosen
     from imo_analysis.excitation.design import Design, Plant, Wanted
     from imo_analysis.excitation.design_check import Check
 
@@ -29,26 +29,34 @@ TORQUE_LIMIT = 0.01  # of the largest load: half the swing of the torque
 class Modulation:
     """A design for one observer with its check in closed loop; ``refused`` says why there is none.
 
-    ``floquet_rate`` is the slowest decay (1/s) of the range, by another way; ``others`` are the designs that other
-    laws with the same gains would need.
+    ``chosen`` has the slowest decay of the range too, and how many cheaper ones were passed over; ``failed`` is how many missed
+    in closed loop. ``frequencies`` (rad/s) were tried. ``others`` are the designs that other laws with the same gains would
+    need, or why there is none. ``duty`` is the mixed duty, or why it is not shown.
     """
 
     observer: str
-    wanted: Wanted | None
-    design: Design | None
-    checks: list[Check]
-    figure: Drawn | None
-    waveforms: list[Design]
-    duty: Duty | None
+    wanted: Wanted
+    chosen: Chosen | None = None
+    checks: Sequence[Check] = ()
+    failed: int = 0
+    frequencies: tuple[float, float] = (0.0, 0.0)
+    figure: Drawn | None = None
+    waveforms: Sequence[Design] = ()
+    duty: Duty | str = ""
     refused: str = ""
-    floquet_rate: float = math.nan
-    others: tuple[tuple[str, Design], ...] = ()
+    others: Sequence[tuple[str, Design | str]] = ()
+
+    @property
+    def design(self) -> Design | None:
+        """The design itself."""
+        return self.chosen.design if self.chosen else None
 
 
 def modulation(study: Study, folder: Path) -> Modulation | None:
     """Design, simulate with noise and draw; None where the study has no observer that a design is known for."""
-    from imo_analysis.excitation.design import cheapest_by_waveform, design
-    from imo_analysis.excitation.design_check import plant_of, slowest_rate, verify, wanted_of
+    from imo_analysis.excitation.choice import cheapest_by_waveform
+    from imo_analysis.excitation.design import search
+    from imo_analysis.excitation.design_check import plant_of, verified, wanted_of
     from imo_analysis.excitation.settling import KINDS
 
     names = [name for name, settings in study.observers.items() if settings.kind in KINDS]
@@ -58,30 +66,34 @@ def modulation(study: Study, folder: Path) -> Modulation | None:
     wanted = wanted_of(study, name, torque_limit=TORQUE_LIMIT * study.largest_torque)
     plant = plant_of(study, name)
     try:
-        found, tried = design(plant, wanted)
+        able, deepest = search(plant, wanted)
+        taken = verified(study, name, wanted, able, deepest)
+        found = taken.chosen.design
+        caption = (f"The estimate of alpha of `{name}` with {wanted.noise:g} A of noise and steps of the speed, with and without "
+                   "the designed modulation.")
+        drawn = keep(folder, "modulation", _drawn(study, found, name, wanted), caption)
     except InputError as error:
-        return Modulation(name, wanted, None, [], None, [], None, str(error))
-    exact, where = slowest_rate(plant, found, wanted)
-    checks = verify(study, found, wanted, name, [where])
-    picture, ends = _drawn(study, found, name, wanted)
-    caption = (f"The estimate of alpha of `{name}` with {wanted.noise:g} A of noise and steps of the speed. It ends "
-               f"{number(ends[0], sign=True)} /s off with constant flux, {number(ends[1], sign=True)} /s with the designed "
-               "modulation.")
-    drawn = keep(folder, "modulation", picture, caption)
-    return Modulation(name, wanted, found, checks, drawn, cheapest_by_waveform(tried, wanted),
-                      duty(study, found, folder, wanted.noise), floquet_rate=exact, others=_others(plant, wanted))
+        return Modulation(name, wanted, refused=str(error))
+    except Diverged as error:
+        return Modulation(name, wanted, refused=f"no modulation is shown, for in closed loop with the one that was designed {error}")
+    tried = [one.frequency for one in (*able, *deepest)]
+    return Modulation(name, wanted, taken.chosen, taken.checks, taken.failed, (min(tried), max(tried)), drawn,
+                      cheapest_by_waveform(plant, able, wanted), duty(study, found, folder, wanted.noise),
+                      others=_others(plant, wanted))
 
 
-def _others(plant: Plant, wanted: Wanted) -> tuple[tuple[str, Design], ...]:
-    """Designs for the other laws that take the same gains; those that have one."""
-    from imo_analysis.excitation.design import design
+def _others(plant: Plant, wanted: Wanted) -> list[tuple[str, Design | str]]:
+    """Designs for the other laws that take the same gains, or why there is none."""
+    from imo_analysis.excitation.choice import design
 
-    rows = []
+    rows: list[tuple[str, Design | str]] = []
     for kind in ("repaired", "quiet", "across"):
         if kind != plant.kind:
-            with suppress(InputError):
-                rows.append((kind, design(replace(plant, kind=kind), wanted)[0]))
-    return tuple(rows)
+            try:
+                rows.append((kind, design(replace(plant, kind=kind), wanted)[0].design))
+            except InputError as error:
+                rows.append((kind, str(error)))
+    return rows
 
 
 def _drawn(study: Study, found: Any, name: str, wanted: Wanted) -> tuple[Figure, tuple[float, ...]]:

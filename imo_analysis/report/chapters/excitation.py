@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from imo_analysis.excitation.choice import passed_over
 from imo_analysis.excitation.conditions import CONDITIONS
-from imo_analysis.excitation.design import FREQUENCIES, LIMITS
+from imo_analysis.excitation.design import LIMITS, Design
 from imo_analysis.excitation.published import PUBLISHED, compare
 from imo_analysis.excitation.variations import Variation
 from imo_analysis.paper.statements import ALPHA_FIGURE, ALPHA_FINAL
@@ -151,9 +152,9 @@ def _cure(cured: Modulation | None) -> list[Html]:
     if cured is None:
         return []
     head = tag("h3", "Making it identifiable")
-    if cured.design is None or cured.wanted is None:
+    if cured.chosen is None:
         return [head, answer(typeset(cured.refused))]
-    found, wanted = cured.design, cured.wanted
+    found, wanted, chosen = cured.chosen.design, cured.wanted, cured.chosen
     rows = [
         (f"{one.omega:.4g}", f"{one.torque:.3g}", f"{one.alpha_error:+.3f} ± {one.alpha_deviation:.3f}",
          f"{one.omega_error:+.3f} ± {one.omega_deviation:.3f}", f"{one.ripple:.4f}",
@@ -174,26 +175,28 @@ def _cure(cured: Modulation | None) -> list[Html]:
         head,
         prose(
             f"""
-A flux magnitude that swings separates speed and alpha. Asked for: alpha within {wanted.alpha:g} /s and speed within
-{wanted.omega:g} rad/s after {wanted.time:g} s, all over {min(wanted.speeds):g} to {max(wanted.speeds):g} rad/s and
-{min(wanted.torques):g} to {max(wanted.torques):g} N m, with {wanted.noise:g} A of noise on every current sample, within limits
-of flux, torque ripple (half its swing), current and voltage. The cheapest modulation from {FREQUENCIES[0]:g} to
-{FREQUENCIES[-1]:g} rad/s that does it for `{cured.observer}`:
+A flux magnitude that swings separates speed and alpha. Asked for: alpha, at first {wanted.start:.3g} /s off, within
+{wanted.alpha:g} /s and speed within {wanted.omega:g} rad/s after {wanted.time:g} s, all over {min(wanted.speeds):.4g} to
+{max(wanted.speeds):.4g} rad/s and {min(wanted.torques):.3g} to {max(wanted.torques):.3g} N m, with {wanted.noise:g} A of noise
+on every current sample, within limits of flux, torque ripple (half its swing), current and voltage. The cheapest modulation from
+{cured.frequencies[0]:.4g} to {cured.frequencies[1]:.4g} rad/s that does it for `{cured.observer}`:
 """
         ),
         answer(
             f"{100 * found.depth:.3g} % of the flux at {found.frequency:.4g} rad/s, a {found.waveform.replace('_', ' ')} "
             f"of the reference. It costs {found.loss:.3g} W of copper loss and uses "
             f"{', '.join(limit.share(found, wanted) for limit in LIMITS)}. The error of the estimate of alpha then decays as "
-            f"exp(−{found.rate:.3g} t) or faster on average over the modulation, t in s (slowest at {found.slowest[0]:.4g} "
-            f"rad/s, {found.slowest[1]:.3g} N m), its slowest part at {cured.floquet_rate:.3g} 1/s by Floquet's multiplier; "
+            f"exp(−{found.rate:.3g} t) on average over the modulation, t in s (slowest at {found.slowest[0]:.4g} "
+            f"rad/s, {found.slowest[1]:.3g} N m), its slowest part at {chosen.rate:.3g} 1/s by Floquet's multiplier; "
             f"the noise leaves it {found.bias:.3g} /s off. No unbiased estimate can have a standard deviation below "
             f"{found.alpha_bound:.2g} /s and "
             f"{found.omega_bound:.2g} rad/s all over the range.",
             "In closed loop " + ("the accuracy is reached within the limits, by rms errors." if not missed else
-                                 f"it misses: {', '.join(missed)}.")),
-        table(columns, rows, f"Simulated in closed loop, the second after {wanted.time:g} s; the ripple is half the swing of "
-              "the torque in a run without noise, the torque noise a standard deviation", range(7)),
+                                 f"it misses: {', '.join(missed)}.")
+            + (f" {passed_over(chosen.passed, cured.failed).capitalize()}." if chosen.passed or cured.failed else "")),
+        table(columns, rows, f"Simulated in closed loop, the second after {wanted.time:g} s from an alpha that is off by "
+              f"{wanted.start:.3g} /s, to the worse side; the ripple is half the swing of the torque in a run without noise, the "
+              "torque noise a standard deviation", range(7)),
         table(kinds, waveforms, "The cheapest modulation by waveform, as the drive's loops let the flux follow", range(1, 7)),
         *_other_laws(cured),
         *(figure(one.svg, one.caption, one.caption, one.file) for one in (cured.figure,) if one),
@@ -203,19 +206,27 @@ of flux, torque ripple (half its swing), current and voltage. The cheapest modul
 
 
 def _other_laws(cured: Modulation) -> list[Html]:
-    if not cured.others or cured.design is None:
+    if not cured.others or cured.chosen is None:
         return []
+    own: tuple[str, Design | str] = (cured.observer, cured.chosen.design)
     rows = [(tag("code", name), f"{100 * one.depth:.3g}", f"{one.frequency:.4g}", one.waveform.replace("_", " "),
              f"{one.rate:.3g}", f"{one.bias:.3g}", f"{one.loss:.3g}", f"{one.ripple:.2g}")
-            for name, one in ((cured.observer, cured.design), *cured.others)]
+            for name, one in (own, *cured.others) if isinstance(one, Design)]
     head = ("observer", "depth of the flux (%)", "frequency (rad/s)", "reference", "decay (1/s)", "left by the noise (1/s)",
             "added loss (W)", "torque ripple (N m)")
-    return [table(head, rows, "What other laws with the same gains need for the same accuracy", (1, 2, 4, 5, 6, 7))]
+    return [
+        table(head, rows, "What other laws with the same gains need for the same accuracy", (1, 2, 4, 5, 6, 7)),
+        *(tag("p", typeset(f"`{name}`: {one}."), class_="note") for name, one in cured.others if isinstance(one, str)),
+        prose("`supervised` is the law of `across` times its gate: with the gate open it needs what `across` needs. Its "
+              "threshold is set for the duty below."),
+    ]
 
 
-def _duty(duty: Duty | None) -> list[Html]:
-    if duty is None:
+def _duty(duty: Duty | str) -> list[Html]:
+    if not duty:
         return []
+    if isinstance(duty, str):
+        return [tag("h3", "An adaptation that rests when excitation is lost"), answer(typeset(duty))]
     rows = [(tag("code", row.observer), f"{row.excited:.3f}", f"{row.end_of_pause:+.3f}", f"{row.moved:.2g}",
              f"{row.back:.3f}") for row in duty.rows]
     head = ("observer", "largest error, modulated", "error at the end of the pause",
