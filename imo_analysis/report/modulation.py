@@ -69,9 +69,11 @@ def modulation(study: Study, folder: Path) -> Modulation | None:
         able, deepest = search(plant, wanted)
         taken = verified(study, name, wanted, able, deepest)
         found = taken.chosen.design
-        caption = (f"The estimate of alpha of `{name}` with {wanted.noise:g} A of noise and steps of the speed, with and without "
-                   "the designed modulation.")
-        drawn = keep(folder, "modulation", _drawn(study, found, name, wanted), caption)
+        picture, ends = _drawn(study, found, name, wanted)
+        caption = (f"The estimate of alpha of `{name}` with {wanted.noise:g} A of noise and steps of the speed. It ends "
+                   f"{number(ends[0], sign=True)} /s off with constant flux, {number(ends[1], sign=True)} /s with the designed "
+                   "modulation.")
+        drawn = keep(folder, "modulation", picture, caption)
     except InputError as error:
         return Modulation(name, wanted, refused=str(error))
     except Diverged as error:
@@ -107,7 +109,7 @@ def _drawn(study: Study, found: Any, name: str, wanted: Wanted) -> tuple[Figure,
     speeds = [*wanted.speeds, wanted.speeds[0]]
     plain = study.only([name]).changed({
         "sensors.current_noise": wanted.noise, "reference.shape": "steps", "reference.omega": speeds,
-        "reference.time": [wanted.time * number for number in range(len(speeds))],
+        "reference.time": [wanted.time * step for step in range(len(speeds))],
         "simulation.duration": wanted.time * len(speeds)})
     alpha, runs = study.machine.alpha, (simulate(plain), simulate(modulated_study(plain, found)))
     ends = (run["alpha_hat"].sel(observer=name, time=slice(float(run["time"][-1]) - STRETCH, None)) for run in runs)
