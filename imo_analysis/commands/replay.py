@@ -76,7 +76,7 @@ def run(args: argparse.Namespace) -> int:
     stretch = found.stretch
     if log.origin is not None and log.origin.thinned:
         warnings.warn(f"{log.path}: {log.origin.thinned}", stacklevel=2)
-    fit = None if args.trust else log_mistakes.check(stretch, found, machine)
+    fit = None if args.trust else log_mistakes.check(stretch, found, machine, treatment.voltage, str(log.path))
     u, i = stretch.u_ds + 1j * stretch.u_qs, stretch.i_ds + 1j * stretch.i_qs
     level = log_check.level(u, i, found.sample_time, machine)
     bandwidth = settings.bandwidth if args.bandwidth is None else args.bandwidth

@@ -18,17 +18,33 @@ from imo_analysis.equations.plant import plant
 from imo_analysis.machine import InductionMachine
 from imo_analysis.replay.logs import Samples
 
+# The flux rows of (1) are linear at one speed; with a current along a line their exact solution over a sample has the functions
+# (exp z - 1)/z and (exp z - 1 - z)/z^2 of z = (j omega - alpha) T, here as a series where the latter would cancel.
 _ROTOR_FLUX = """
+from cmath import exp
+
+
 @njit(cache=True, error_model="numpy")
 def run(i_d, i_q, omega, T, p, start, out_d, out_q):
-    d, q, none = start, 0.0, (0.0, 0.0)
-    out_d[0], out_q[0] = d, q
+    none = (0.0, 0.0)
+    phi, i = complex(start, 0.0), complex(i_d[0], i_q[0])
+    out_d[0], out_q[0] = start, 0.0
     for k in range(1, len(i_d)):
-        a = plant((i_d[k - 1], i_q[k - 1], d, q, omega[k - 1]), none, 0.0, 0.0, p)
-        i_m, i_n, w = (i_d[k - 1] + i_d[k]) / 2, (i_q[k - 1] + i_q[k]) / 2, (omega[k - 1] + omega[k]) / 2
-        b = plant((i_m, i_n, d + T / 2 * a[2], q + T / 2 * a[3], w), none, 0.0, 0.0, p)
-        d, q = d + T * b[2], q + T * b[3]
-        out_d[k], out_q[k] = d, q
+        w = (omega[k - 1] + omega[k]) / 2
+        own = plant((0.0, 0.0, 1.0, 0.0, w), none, 0.0, 0.0, p)
+        fed = plant((1.0, 0.0, 0.0, 0.0, w), none, 0.0, 0.0, p)
+        z = T * complex(own[2], own[3])
+        second = complex(1.0, 0.0)
+        if abs(z.real) + abs(z.imag) < 0.5:
+            for n in range(14, 2, -1):
+                second = 1.0 + z / n * second
+            second = second / 2.0
+        else:
+            second = (exp(z) - 1.0 - z) / (z * z)
+        first = 1.0 + z * second
+        before, i = i, complex(i_d[k], i_q[k])
+        phi = (1.0 + z * first) * phi + T * complex(fed[2], fed[3]) * (first * before + second * (i - before))
+        out_d[k], out_q[k] = phi.real, phi.imag
 """
 LEAK = """
 @njit(cache=True, error_model="numpy")
@@ -39,7 +55,8 @@ def run(rise, keep, out):
         y = keep * y + rise[k]
         out[k + 1] = y
 """
-GOOD_FACTOR, GOOD_FIT = 0.35, 0.8
+GOOD_FACTOR, GOOD_FIT = 0.35, 0.9
+_FIRST, _NO_CURRENT = 0.2, 0.05
 _CORNER = 0.3  # of the filter, in parts of the stator frequency
 
 
@@ -126,7 +143,14 @@ def _voltage_side(u: np.ndarray, i: np.ndarray, T: float, machine: InductionMach
     return high_passed(T / 2 * (back[1:] + back[:-1]), corner, T)
 
 
-def fit(u: np.ndarray, i: np.ndarray, omega: np.ndarray, T: float, machine: InductionMachine) -> Fit:
+def between(u: np.ndarray, voltage: str) -> np.ndarray:
+    """Mean voltage from each sample to the next, by what a sample stands for (`imo_analysis.replay.estimate.Treatment`)."""
+    return {"linear": (u[1:] + u[:-1]) / 2, "held": u[:-1], "averaged": u[1:]}[voltage]
+
+
+def fit(
+    u: np.ndarray, i: np.ndarray, omega: np.ndarray, T: float, machine: InductionMachine, voltage: str = "linear"
+) -> Fit:
     """Compare the two sides over a stretch.
 
     Parameters
@@ -137,9 +161,11 @@ def fit(u: np.ndarray, i: np.ndarray, omega: np.ndarray, T: float, machine: Indu
         Electrical speed in rad/s.
     T : float
         Sampling period in s.
+    voltage : str
+        What a sample of the voltage stands for.
     """
     corner = _CORNER * (abs(stator_frequency(u, T)) or 1.0)
-    volts = high_passed(T / 2 * (u[1:] + u[:-1]), corner, T)
+    volts = high_passed(T * between(u, voltage), corner, T)
     drop = high_passed(T / 2 * machine.R_s * (i[1:] + i[:-1]), corner, T)
     with np.errstate(all="ignore"):
         phi = _rotor_flux(i, omega, T, machine, 0.0)

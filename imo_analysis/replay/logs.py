@@ -39,8 +39,8 @@ class Samples:
         V and A, stationary frame.
     omega : numpy.ndarray or None
         Measured speed, electrical rad/s.
-    i_zero : numpy.ndarray or None
-        Sum of the three phase currents in A, where all three were recorded.
+    i_zero, u_zero : numpy.ndarray or None
+        Sums of the three phase currents in A and voltages in V, where all three were recorded.
     """
 
     first: int
@@ -51,6 +51,7 @@ class Samples:
     i_qs: np.ndarray
     omega: np.ndarray | None
     i_zero: np.ndarray | None
+    u_zero: np.ndarray | None = None
 
     def __len__(self) -> int:
         return len(self.time)
@@ -175,8 +176,12 @@ class Log:
         omega = by_role.get("omega")
         if "omega_m" in by_role:
             omega = by_role["omega_m"] * self.pole_pairs
-        i_zero = by_role["i_a"] + by_role["i_b"] + by_role["i_c"] if {"i_a", "i_b", "i_c"} <= by_role.keys() else None
-        return Samples(first, time, *_clarke(by_role, "u"), *_clarke(by_role, "i"), omega, i_zero)
+        return Samples(first, time, *_clarke(by_role, "u"), *_clarke(by_role, "i"), omega, _sum(by_role, "i"), _sum(by_role, "u"))
+
+
+def _sum(by_role: Mapping[str, np.ndarray], letter: str) -> np.ndarray | None:
+    roles = [f"{letter}_{phase}" for phase in "abc"]
+    return by_role[roles[0]] + by_role[roles[1]] + by_role[roles[2]] if set(roles) <= by_role.keys() else None
 
 
 def _clarke(by_role: Mapping[str, np.ndarray], letter: str) -> tuple[np.ndarray, np.ndarray]:
@@ -357,7 +362,8 @@ class _Parquet:
         except ImportError:
             raise InputError(f"{path}: Parquet takes pyarrow; pip install pyarrow, or write the log as CSV") from None
         try:
-            self.file = pq.ParquetFile(path)
+            # buffering ahead would keep all row groups that were read
+            self.file = pq.ParquetFile(path, pre_buffer=False)
         except OSError as error:
             raise InputError(f"cannot read {path}: {error.strerror or error}") from None
         except pa.ArrowInvalid:
