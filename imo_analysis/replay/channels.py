@@ -36,8 +36,8 @@ def check_channels(stretch: Samples, path: str) -> None:
     u, i = stretch.u_ds + 1j * stretch.u_qs, stretch.i_ds + 1j * stretch.i_qs
     for name, flat, turning, other in (("voltages", u, i, "currents"), ("currents", i, u, "voltages")):
         if _flatness(flat) > _LINE and _flatness(turning) < _TURNS:
-            raise InputError(f"{path}: the {name} swing along one line while the {other} turn: {_dead(flat)}; check its column. "
-                             "--trust runs it all the same")
+            raise InputError(f"{path}: the {name} swing along one line while the {other} turn: {_dead(flat)}; check its "
+                             "column. --trust runs it all the same")
     if stretch.u_zero is not None:
         share, phase = follows(stretch.u_zero, u)
         if share > SUM:
@@ -49,8 +49,7 @@ def check_channels(stretch: Samples, path: str) -> None:
 
 
 def follows(total: np.ndarray, x: np.ndarray) -> tuple[float, str]:
-    """Size of the part of a third of ``total``, the sum of three phases, that follows the space vector ``x``; and the phase whose
-    error it would be."""
+    """How far the mean of three phases, a third of ``total``, follows their space vector ``x``, and whose error it would be."""
     sides = np.column_stack([x.real, x.imag, np.ones(len(x))])
     (along_d, along_q, _), *_ = np.linalg.lstsq(sides, total / 3, rcond=1e-12)
     axes = 2 * math.pi / 3 * np.arange(3)

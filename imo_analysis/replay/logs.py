@@ -176,7 +176,8 @@ class Log:
         omega = by_role.get("omega")
         if "omega_m" in by_role:
             omega = by_role["omega_m"] * self.pole_pairs
-        return Samples(first, time, *_clarke(by_role, "u"), *_clarke(by_role, "i"), omega, _sum(by_role, "i"), _sum(by_role, "u"))
+        sums = _sum(by_role, "i"), _sum(by_role, "u")
+        return Samples(first, time, *_clarke(by_role, "u"), *_clarke(by_role, "i"), omega, *sums)
 
 
 def _sum(by_role: Mapping[str, np.ndarray], letter: str) -> np.ndarray | None:
@@ -274,7 +275,7 @@ class _Text:
         try:
             reader = pc.open_csv(
                 self.path,
-                read_options=pc.ReadOptions(use_threads=False, block_size=1 << 22, skip_rows=self.skip, column_names=every),
+                read_options=pc.ReadOptions(use_threads=False, block_size=1 << 20, skip_rows=self.skip, column_names=every),
                 parse_options=pc.ParseOptions(delimiter=self.delimiter),
                 convert_options=pc.ConvertOptions(include_columns=use, column_types=dict.fromkeys(use, pa.float64()),
                                                   decimal_point=self.decimal),

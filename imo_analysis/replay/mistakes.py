@@ -15,7 +15,8 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -63,18 +64,18 @@ class Mistake:
 
 NONE = Mistake("nothing")
 SCALES = (
-    Mistake("the voltages are rms values taken for peak values (multiply them by sqrt(2) = 1.414), or the currents sqrt(2) times "
-            "too large", math.sqrt(2)),
-    Mistake("the currents are rms values taken for peak values (multiply them by sqrt(2) = 1.414), or the voltages sqrt(2) times "
-            "too large", 1 / math.sqrt(2)),
+    Mistake("the voltages are rms values taken for peak values (multiply them by sqrt(2) = 1.414), or the currents sqrt(2) "
+            "times too large", math.sqrt(2)),
+    Mistake("the currents are rms values taken for peak values (multiply them by sqrt(2) = 1.414), or the voltages sqrt(2) "
+            "times too large", 1 / math.sqrt(2)),
     Mistake("the voltages are sqrt(3) times too small (phase for line to line), or the currents sqrt(3) times too large",
             math.sqrt(3)),
     Mistake("the voltages are sqrt(3) times too large (line to line for phase), or the currents sqrt(3) times too small",
             1 / math.sqrt(3)),
-    Mistake("the currents are 3/2 times too large (a Clarke transformation without its 2/3), or the voltages 2/3 of what they are",
-            1.5),
-    Mistake("the voltages are 3/2 times too large (a Clarke transformation without its 2/3), or the currents 2/3 of what they are",
-            1 / 1.5),
+    Mistake("the currents are 3/2 times too large (a Clarke transformation without its 2/3), or the voltages 2/3 of what "
+            "they are", 1.5),
+    Mistake("the voltages are 3/2 times too large (a Clarke transformation without its 2/3), or the currents 2/3 of what "
+            "they are", 1 / 1.5),
 )
 MISTAKES = (
     *SCALES,
@@ -185,8 +186,10 @@ def _tried(
 
 def _rate_that_fits(stretch: Samples, T: float, machine: InductionMachine, voltage: str) -> float | None:
     """By how much the samples come faster than they were said to, if that makes the record fit its measured speed."""
-    few = Samples(*(None if value is None else value if isinstance(value, int) else value[-_RATE_SAMPLES:]
-                    for value in vars(stretch).values()))
+    arrays = {name: value for name, value in vars(stretch).items() if isinstance(value, np.ndarray)}
+    cut: dict[str, Any] = {name: value[-_RATE_SAMPLES:] for name, value in arrays.items()}
+    few = replace(stretch, **cut)
+    assert few.omega is not None
 
     u = few.u_ds + 1j * few.u_qs
     power = np.abs(u) ** 2

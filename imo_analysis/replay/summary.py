@@ -12,7 +12,8 @@ from imo_analysis.replay.estimate import Estimates, Runner
 from imo_analysis.replay.survey import Survey
 
 _BINS = 1000
-SETTLED = 0.02  # share of the largest speed within which the error counts as settled
+SETTLED = 0.02  # share of the largest speed within which the error counts as settled, ...
+STAYED = 0.1  # ... if it stays there to the end for this part of the record or more: an oscillation passes through zero too
 
 
 class Tally:
@@ -68,7 +69,7 @@ class Tally:
         Returns
         -------
         dict
-            By observer: ``lost_at`` (s or None), ``settled_at`` (s from the start, None where never or no speed is known),
+            By observer: ``lost_at`` (s or None), ``settled_at`` (s from the start, None where it did not stay, by `SETTLED` and `STAYED`, or no speed is known),
             ``counted_from`` (s), ``speed_error_rms``, ``_std``, ``_mean``, ``_peak`` (rad/s, None without a speed),
             ``current_error_share`` (RMS over RMS), and the last ``omega_hat``, ``alpha_hat``, ``flux_hat``.
         """
@@ -80,8 +81,8 @@ class Tally:
             speed = not math.isnan(self.survey.peak_speed)
             outside = np.flatnonzero(~(peak <= SETTLED * self.survey.peak_speed)) if speed else np.array([], dtype=int)
             first = int(outside[-1]) + 1 if len(outside) else 0
-            settled = speed and runner.lost < 0 and first < self.bins
-            begin = first if first < self.bins else self.bins // 2
+            settled = speed and runner.lost < 0 and self.bins - first >= STAYED * self.bins
+            begin = first if settled else self.bins // 2
             if after is not None:
                 begin = int(np.searchsorted(edge, after - 0.5 * T))
             counted = slice(begin, None)

@@ -1,7 +1,8 @@
 """Replay: the numbers against scipy, the third-party record, the meaning of samples, mistakes named, streaming."""
 
 import math
-import tracemalloc
+import subprocess
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +12,7 @@ from replay_records import HEADER, IMMEC_MACHINE, TABLE, held_voltage, immec, st
 from imo_analysis.equations.catalogue import OBSERVERS
 from imo_analysis.errors import InputError
 from imo_analysis.replay.check import Level, current_noise, fit, level
-from imo_analysis.replay.estimate import Treatment, collect, estimate, provenance, runners
+from imo_analysis.replay.estimate import Estimates, Treatment, collect, estimate, provenance, runners
 from imo_analysis.replay.estimate_file import write_estimates
 from imo_analysis.replay.gains import default_bandwidth, default_gains, speed_noise
 from imo_analysis.replay.logs import Log
@@ -161,6 +162,18 @@ def test_means_are_followed_best_as_means(folder):
         for voltage in ("linear", "held", "averaged")
     }
     assert 3 * spread["averaged"] < min(spread["linear"], spread["held"])
+
+
+@pytest.mark.parametrize("name", ["repaired", "baseline"])
+def test_coarse_samples_are_integrated_in_as_many_steps_as_they_need(folder, name):
+    path = write(folder / "coarse.csv", start_up(rate=500.0))
+    speeds = []
+    for finer in (1, 8):
+        log, _, (runner,) = prepared(path, TABLE, [name])
+        assert runner.substeps == 2
+        runner.substeps *= finer
+        speeds.append(collect(log, [runner], {}).omega_hat.values)
+    assert np.abs(speeds[1] - speeds[0]).max() < 0.05  # of 200 rad/s
 
 
 @pytest.mark.parametrize("name", ["voltage", "current", "direction"])
@@ -513,26 +526,74 @@ def test_the_summary_adds_up(started):
         assert settled == pytest.approx(outside[-1] * 1e-4 if len(outside) else 0.0, abs=1e-3)
 
 
-def _peak_memory(path):
-    log, found, observers = prepared(path, TABLE)
-    tracemalloc.start()
-    survey(log)
+@pytest.mark.parametrize(("last_off", "settled"), [(0.0, True), (0.5, True), (0.85, True), (0.93, False), (1.0, False)])
+def test_settled_is_what_stays_for_a_tenth_of_the_record(started, last_off, settled):
+    """An error of 10 % up to a part of the record, and none after."""
+    _, found, observers = prepared(started, TABLE, ["repaired"])
     tally = Tally(found, observers)
-    for block in estimate(log, observers):
-        tally.add(block)
-    peak = tracemalloc.get_traced_memory()[1]
-    tracemalloc.stop()
-    return peak
+    off = np.arange(found.rows) < last_off * found.rows
+    like = dict.fromkeys(("i_ds_hat", "i_qs_hat", "alpha_hat", "phi_dr_hat", "phi_qr_hat"), np.zeros((1, found.rows)))
+    tally.add(Estimates(0, {
+        "time": np.arange(found.rows) * 1e-4, "i_ds_meas": np.ones(found.rows), "i_qs_meas": np.zeros(found.rows), **like,
+        "omega": np.zeros(found.rows), "omega_hat": np.where(off, 0.1 * found.peak_speed, 0.0)[None],
+    }))
+    one = tally.results()["repaired"]
+    assert (one["settled_at"] is not None) == settled
+    assert one["counted_from"] == pytest.approx(last_off * 0.5 if settled else 0.25, abs=1e-3)
+    observers[0].lost = 4999
+    assert tally.results()["repaired"]["settled_at"] is None
+    assert tally.results()["repaired"]["lost_at"] == pytest.approx(0.4999)
+
+
+_REPLAY = """
+import resource
+import sys
+
+from imo_analysis.machine import PRESETS
+from imo_analysis.replay.check import level
+from imo_analysis.replay.estimate import Treatment, estimate, runners
+from imo_analysis.replay.logs import Log
+from imo_analysis.replay.summary import Tally
+from imo_analysis.replay.survey import survey
+
+machine = PRESETS["table-iii"]
+log = Log.open(sys.argv[1], 2)
+found = survey(log)
+s = found.stretch
+now = level(s.u_ds + 1j * s.u_qs, s.i_ds + 1j * s.i_qs, found.sample_time, machine)
+observers = runners(["repaired"], machine, Treatment(), found, now)
+tally = Tally(found, observers)
+for block in estimate(log, observers):
+    tally.add(block)
+print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+"""
+
+
+def _long_record(path, rows):
+    """A steady state at 1 MHz, written in pieces of half a million rows."""
+    import pyarrow as pa
+    from pyarrow import csv, parquet
+
+    piece = steady(0.5, 1e6)
+    piece[:, 1:5] = piece[:, 1:5].astype(np.float32)  # shorter text
+    schema = pa.schema([(name, pa.float64()) for name in HEADER.split(",")])
+    with parquet.ParquetWriter(path, schema) if path.suffix == ".parquet" else csv.CSVWriter(path, schema) as file:
+        for first in range(0, rows, len(piece)):
+            piece[:, 0] = np.round((first + np.arange(len(piece))) * 1e-6, 6)
+            file.write_table(pa.table(dict(zip(HEADER.split(","), piece.T, strict=True))))
 
 
 @pytest.mark.slow
-def test_memory_does_not_grow_with_the_record(folder):
-    pa = pytest.importorskip("pyarrow")
-    from pyarrow import csv
-
+@pytest.mark.parametrize(("ending", "longer"), [(".csv", 2_500_000), (".parquet", 6_000_000)])
+def test_memory_does_not_grow_with_the_record(tmp_path, ending, longer):
+    """The peak of a process of its own, so that what the readers hold outside Python counts too."""
+    pytest.importorskip("pyarrow")
+    pytest.importorskip("resource")
     peaks = []
-    for duration in (20.0, 100.0):
-        path = folder / "long.csv"
-        csv.write_csv(pa.table(dict(zip(HEADER.split(","), steady(duration).T, strict=True))), path)
-        peaks.append(_peak_memory(path))
-    assert peaks[1] < 1.15 * peaks[0]  # five times as long
+    for rows in (500_000, longer):
+        path = tmp_path / f"long{ending}"
+        _long_record(path, rows)
+        done = subprocess.run([sys.executable, "-c", _REPLAY, str(path)], capture_output=True, text=True, check=True)
+        peaks.append(int(done.stdout))
+        path.unlink()
+    assert peaks[1] < 1.2 * peaks[0]  # pools of the readers make it vary by a tenth
