@@ -277,6 +277,9 @@ def _excitation(
                 verdicts[name] = {"verdict": f"observer {name} diverged: no verdict"}
             elif has_speed and one["settled_at"] is None:
                 verdicts[name] = {"verdict": f"observer {name} never settled: no verdict (the condition holds its estimates)"}
+            elif found.gaps:
+                verdicts[name] = {"verdict": f"observer {name}: no verdict: the condition takes evenly spaced samples, and the "
+                                             f"record has {found.gaps} gap(s); cut it there"}
             elif name not in known:
                 verdicts[name] = {"verdict": f"observer {name}: no verdict; (19) is about the adaptive observers with xi_hat"}
             else:
@@ -284,7 +287,8 @@ def _excitation(
                     chosen = signals.select(source, name, "true" if has_speed else "estimated")
                     verdicts[name] = words.summary(excitation(chosen, window, conditions=["reduced"]))
                 except InputError as error:
-                    verdicts[name] = {"verdict": f"observer {name}: no verdict: {error}"}
+                    # the estimates may be in a temporary file, of which nobody knows
+                    verdicts[name] = {"verdict": f"observer {name}: no verdict: {str(error).replace(place, 'the estimates')}"}
     return verdicts
 
 
@@ -315,7 +319,7 @@ def _settled(at: float | None) -> str:
 
     band = f"within {100 * SETTLED:g} % of the largest speed"
     if at is None:
-        return f"never stays {band}"
+        return f"does not stay {band}"
     return f"{band} from {at:.4g} s on" if at > 0 else f"{band} from the start"
 
 

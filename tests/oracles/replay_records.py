@@ -14,7 +14,7 @@ from imo_analysis.machine import PRESETS, InductionMachine
 TABLE = PRESETS["table-iii"]
 _IMMEC = Path(__file__).resolve().parents[3] / "shared" / "data" / "immec" / "default_linear.csv"
 IMMEC_MACHINE = InductionMachine.build(
-    {"n_p": 1, "R_s": 6.2, "R_r": 6.70, "L_m": 0.4993, "L_s": 0.5123, "L_r": 0.5123, "J": 0.0022, "name": "IMMEC"}
+    {"n_p": 1, "R_s": 6.21, "R_r": 6.70, "L_m": 0.4993, "L_s": 0.5123, "L_r": 0.5123, "J": 0.0022, "name": "IMMEC"}
 )
 HEADER = "time,u_alpha,u_beta,i_alpha,i_beta,omega"
 
