@@ -70,7 +70,8 @@ class Tally:
         -------
         dict
             By observer: ``lost_at`` (s or None), ``settled_at`` (s from the start, None where it did not stay, by `SETTLED` and `STAYED`, or no speed is known),
-            ``counted_from`` (s), ``speed_error_rms``, ``_std``, ``_mean``, ``_peak`` (rad/s, None without a speed),
+            ``counted_from`` (s), ``speed_error_rms``, ``_std``, ``_mean``, ``_peak``, and ``_smoothed``: the deviation of means
+            over a thousandth of the record (rad/s, None without a speed),
             ``current_error_share`` (RMS over RMS), and the last ``omega_hat``, ``alpha_hat``, ``flux_hat``.
         """
         T, rows = self.survey.sample_time, self.survey.rows
@@ -87,11 +88,12 @@ class Tally:
                 begin = int(np.searchsorted(edge, after - 0.5 * T))
             counted = slice(begin, None)
             count = float(self.samples[counted].sum())
-            errors = dict.fromkeys(("rms", "std", "mean", "peak"))
+            errors = dict.fromkeys(("rms", "std", "mean", "peak", "smoothed"))
             if speed and runner.lost < 0 and count:
                 mean, square = total[counted].sum() / count, squares[counted].sum() / count
                 errors = {"rms": math.sqrt(square), "std": math.sqrt(max(square - mean * mean, 0.0)), "mean": mean,
-                          "peak": float(peak[counted].max())}
+                          "peak": float(peak[counted].max()),
+                          "smoothed": float((total[counted] / self.samples[counted]).std())}
             whole = float(current[counted].sum())
             found[runner.name] = {
                 "lost_at": self.survey.start + runner.lost * T if runner.lost >= 0 else None,

@@ -10,6 +10,7 @@ import numpy as np
 from imo_analysis.drawing import legend_above, line, new_figure, style
 
 _POINTS = 4000
+_FAR = 20.0
 
 
 def thinned(path: str | Path) -> Any:
@@ -33,7 +34,7 @@ def thinned(path: str | Path) -> Any:
 
 
 def replay_figure(data: Any) -> Any:
-    """Speeds, and below them the errors where a speed was recorded.
+    """Electrical speeds, and below them the errors where a speed was recorded; in logarithms where one goes far away.
 
     Parameters
     ----------
@@ -45,7 +46,10 @@ def replay_figure(data: Any) -> Any:
     matplotlib.figure.Figure
     """
     measured = "omega" in data
-    figure, axes = new_figure(2 if measured else 1, 1, height=4.8 if measured else 3.2, sharex=True, squeeze=False)
+    many = data.sizes["observer"] > 3
+    rows = -(-(data.sizes["observer"] + 1) // 3) if many else 1  # of the legend
+    height = (4.8 if measured else 3.2) + 0.17 * (rows - 1)
+    figure, axes = new_figure(2 if measured else 1, 1, height=height, sharex=True, squeeze=False)
     time = data["time"].values
     with style():
         if measured:
@@ -65,11 +69,15 @@ def replay_figure(data: Any) -> Any:
                 settled = np.abs(error[len(error) // 4 :])
                 if np.isfinite(settled).all():
                     largest.append(float(settled.max()))
-        axes[0, 0].set_ylabel(r"$\hat\omega$ (rad/s, electrical)")
+        axes[0, 0].set_ylabel(r"$\hat\omega$ (rad/s)")
         if measured:
             axes[1, 0].set_ylabel(r"$\hat\omega - \omega$ (rad/s)")
             if largest and max(largest) > 0:
+                if max(largest) > _FAR * min(largest) > 0:  # one that goes away would make a line of those that follow
+                    straight = 10.0 ** np.ceil(np.log10(2 * np.median(largest)))
+                    axes[1, 0].set_yscale("symlog", linthresh=straight)
+                    axes[1, 0].yaxis.set_major_formatter("{x:g}")
                 axes[1, 0].set_ylim(-1.3 * max(largest), 1.3 * max(largest))
         axes[-1, 0].set_xlabel("time (s)")
-        legend_above(axes[0, 0], ncols=3 if data.sizes["observer"] > 3 else 4)
+        legend_above(axes[0, 0], ncols=3 if many else 4, columnspacing=3.5 if many else 2.0)
     return figure

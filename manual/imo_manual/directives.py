@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import re
 from functools import cache
+from pathlib import Path
 from typing import Any, ClassVar
 
 from docutils import nodes
@@ -262,6 +264,24 @@ class GainRule(_Page):
         return found
 
 
+class Replayed(_Page):
+    """``replayed``: the errors of every observer in a file of ``imo replay --json``, whose place is the argument."""
+
+    required_arguments = 1
+
+    def fill(self) -> list[nodes.Node]:
+        """A table."""
+        _, place = self.env.relfn2path(self.arguments[0])
+        self.env.note_dependency(place)
+        data = json.loads(Path(place).read_text(encoding="utf-8"))
+        keys = ("std", "smoothed", "mean", "peak")
+        rows = [(f"`{name}`", *(f"{one[f'speed_error_{key}']:.2g}" for key in keys), f"{100 * one['current_error_share']:.2g}")
+                for name, one in data["observers"].items()]
+        over = 1e3 * data["rows"] * data["sample_time"] / 1000
+        head = ("observer", "deviation (rad/s)", f"over {over:.2g} ms", "mean", "largest", "current error (%)")
+        return [table(head, rows, (4, 2, 2, 2, 2, 2))]
+
+
 class PyName(SphinxRole):
     """A name in single backticks in a docstring: a link where it is a name of the package, else code."""
 
@@ -286,8 +306,7 @@ def setup(app: Sphinx) -> None:
     for name, directive in (
         ("definition", Definition), ("observer", Observer), ("catalogue", Catalogue), ("notation", Notation),
         ("study-fields", StudyFields), ("commands", Commands), ("ledger-entries", Ledger), ("presets", Presets),
-        ("room", Room), ("chosen", Chosen), ("entry", Entries),
-        ("gain-rule", GainRule),
+        ("room", Room), ("chosen", Chosen), ("entry", Entries), ("gain-rule", GainRule), ("replayed", Replayed),
     ):
         app.add_directive(name, directive)
     app.add_role("pyname", PyName())

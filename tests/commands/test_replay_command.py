@@ -89,6 +89,38 @@ bandwidth = 2000
     assert data["treatment"]["voltage"] == "linear" and data["observers"]["baseline"]["gains"]["h"] == 100
 
 
+@pytest.mark.parametrize("kept", [True, False])
+def test_over_gaps_there_is_no_verdict_and_no_temporary_name(folder, capsys, kept):
+    rows = start_up(0.4)
+    write(folder / "gap.csv", np.delete(rows, [2000, 2001], axis=0))
+    words = ["replay", str(folder / "gap.csv"), "--machine", str(folder / "machine.toml"), "--gaps", "bridge"]
+    assert cli.main([*words, *(["--out", str(folder / "gap.nc")] if kept else [])]) == 0
+    said = capsys.readouterr().out
+    assert "no verdict: the condition takes evenly spaced samples, and the record has 1 gap(s)" in said
+    assert "imo_replay" not in said and "est.nc" not in said
+
+
+def test_no_verdict_names_no_temporary_file(folder, capsys):
+    assert imo(folder, "--window", "5") == 0
+    said = capsys.readouterr().out
+    assert "no verdict: " in said and "imo_replay" not in said and "est.nc" not in said
+
+
+def test_a_figure_of_observers_far_apart_and_of_few():
+    """In logarithms only where one goes away."""
+    from imo_analysis.report.replay_figure import replay_figure
+
+    time = np.linspace(0, 1, 500)
+
+    def scales(largest):
+        errors = np.sin(40 * time) * np.array([[0.1], [0.2], [0.15], [0.1], [largest]])
+        data = xr.Dataset({"omega_hat": (("observer", "time"), 100 * time + errors), "omega": ("time", 100 * time)},
+                          coords={"time": time, "observer": ["baseline", "repaired", "quiet", "across", "printed_7"]})
+        return replay_figure(data).axes[1].get_yscale()
+
+    assert scales(0.5) == "linear" and scales(15.0) == "symlog"
+
+
 def test_a_study_may_hold_the_table():
     study = Study.from_toml(paper_text() + '\n[replay]\nvoltage = "held"\n')
     assert study.replay.voltage == "held"

@@ -529,6 +529,7 @@ def test_the_summary_adds_up(started):
         assert one["speed_error_std"] == pytest.approx(part.std(), rel=1e-9)
         assert one["speed_error_mean"] == pytest.approx(part.mean(), rel=1e-9)
         assert one["speed_error_peak"] == np.abs(part).max()
+        assert one["speed_error_smoothed"] == pytest.approx(part.reshape(-1, 5).mean(axis=1).std(), rel=1e-9)
         settled = tally.results()[observers[n].name]["settled_at"]
         outside = np.flatnonzero(np.abs(whole[n]) > 0.02 * found.peak_speed)
         assert settled == pytest.approx(outside[-1] * 1e-4 if len(outside) else 0.0, abs=1e-3)

@@ -5,7 +5,9 @@ import json
 from pathlib import Path
 
 import pytest
+from replay_records import immec
 
+from imo_analysis import cli
 from imo_analysis.ledger.book import entries
 from imo_analysis.report.pencils import observers_of, write_table2
 from imo_analysis.study import Study
@@ -50,6 +52,22 @@ def test_study_and_page() -> None:
     assert study.sha256 in page, AGAIN
     ledger = json.loads((PAPER / "ledger.json").read_text(encoding="utf-8"))
     assert all(f'id="entry-{entry["id"]}"' in page for entry in ledger["entries"]), AGAIN
+
+
+def test_third_party_record(tmp_path: Path) -> None:
+    folder = PAPER.parent / "immec"
+    again = "run the command of reports/README.md for immec/ and read the difference"
+    words = ["replay", str(immec()), "--machine", str(folder / "machine.toml"), "--observer", "all", "--after", "0.15"]
+    assert cli.main([*words, "--plot", str(tmp_path / "replay.svg"), "--json", str(tmp_path / "replay.json")]) == 0
+    old, new = (json.loads((place / "replay.json").read_text(encoding="utf-8")) for place in (folder, tmp_path))
+    assert list(old["observers"]) == list(new["observers"]), again
+    for name, one in new["observers"].items():
+        assert one.keys() == old["observers"][name].keys(), again
+        for key, value in one.items():
+            if isinstance(value, float):
+                assert old["observers"][name][key] == pytest.approx(value, rel=1e-4, abs=1e-6), (name, key, again)
+        assert old["observers"][name]["gains"] == pytest.approx(one["gains"], rel=1e-6), again
+    assert (folder / "replay.svg").read_text(encoding="utf-8").startswith("<svg")
 
 
 def test_size() -> None:
