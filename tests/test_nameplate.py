@@ -1,6 +1,7 @@
 """Name plates: the parameters reproduce the plate, checked on the plain plant; and the study that is written from one."""
 
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ from imo_analysis import cli, nameplate
 from imo_analysis.equations.plant import plant
 from imo_analysis.errors import InputError
 from imo_analysis.machine import InductionMachine
-from imo_analysis.nameplate import Nameplate, machine_of, rated_flux
+from imo_analysis.nameplate import Nameplate, machine_of, rated_flux, remarks
 from imo_analysis.study import Study
 
 PLATE = {"power": "2.2 kW", "voltage": "400 V", "current": "5 A", "frequency": "50 Hz", "speed": "1430 rpm",
@@ -60,7 +61,15 @@ def test_a_known_machine_comes_back(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize(("changed", "said"), [
     ({"speed": "1500 rpm"}, "a little .* below the synchronous"),
     ({"speed": "170 rad/s"}, "a little"),
-    ({"speed": 1430}, r"1430 rad/s, 1.366e\+04 rpm, must be .* has it its unit"),
+    ({"speed": 1430}, r'1430 rad/s, 1.366e\+04 rpm, must be .* did you mean "1430 rpm"\?'),
+    ({"speed": 3100}, r"must be .* has it its unit"),
+    ({"speed": "1430 furlongs"}, "rpm or r/min .also 1/min, min.-1, min-1, U/min"),
+    ({"power_factor": -0.8}, r"power_factor = -0.8 must be above 0$"),
+    ({"power_factor": 80}, 'below 1, as in 0.84 or "84 %"'),
+    ({"efficiency": 1.1}, "efficiency = 1.1 must be below 1"),
+    ({"voltage": "400/690 V"}, 'write the value of yours, "400 V" in delta or "690 V" in star'),
+    ({"connection": "zigzag"}, 'must be "star" or "delta"'),
+    ({"cos_phi": 0.8, "curent": 5}, "cos_phi is not a known key; did you mean power_factor.*curent .* did you mean current"),
     ({"power": "4 kW"}, "an efficiency of 1.44"),
     ({"power": "2.75 kW"}, "over the air gap, more than"),
     ({"power": 2.2}, "an efficiency of 0.000794.* the unit of the power"),
@@ -83,6 +92,67 @@ def test_a_resistance_that_contradicts_the_plate_is_refused(R_s: str) -> None:
         return
     with pytest.raises(InputError, match=r"12 ohm leaves .* W of the plate's .* W for the air gap"):
         machine_of(Nameplate.build(PLATE), {"J": 0.015, "R_s": R_s})
+
+
+@pytest.mark.parametrize("text", ["1430 r/min", "1430 RPM", "1430 min^-1", "1430 min-1", "1430 min⁻¹", "1430 U/min", "1430 1/min"])
+def test_speeds_as_plates_print_them(text: str) -> None:
+    assert Nameplate.build(PLATE | {"speed": text}).speed == Nameplate.build(PLATE).speed
+
+
+def test_other_units_of_plates() -> None:
+    assert Nameplate.build(PLATE | {"power": "3 hp"}).power == pytest.approx(2237.1, abs=0.01)
+    assert Nameplate.build(PLATE | {"power_factor": "80 %"}).power_factor == 0.8
+    for text in ("150 kg cm^2", "0.015 kgm2", "0.015 kgm²", "150 kgcm²", "15 g m^2"):
+        assert machine_of(Nameplate.build(PLATE), {"J": text}).J == pytest.approx(0.015)
+
+
+def test_two_connections_on_one_plate() -> None:
+    both = PLATE | {"voltage": "230/400 V", "current": "8.66/5 A"}
+    star, delta = (Nameplate.build(both | {"connection": name}) for name in ("star", "delta"))
+    assert (star.voltage, star.current, delta.voltage, delta.current) == (400, 5, 230, 8.66)
+    assert Nameplate.build(PLATE | {"connection": "delta"}) == Nameplate.build(PLATE)  # line values: it makes no difference
+
+
+def test_an_efficiency_stands_in_for_what_is_missing() -> None:
+    efficiency = 2200 / (math.sqrt(3) * 400 * 5 * 0.8)
+    for name, value in (("current", 5), ("power_factor", 0.8)):
+        plate = Nameplate.build({key: one for key, one in PLATE.items() if key != name} | {"efficiency": efficiency})
+        assert getattr(plate, name) == pytest.approx(value, rel=1e-12)
+    with pytest.raises(InputError, match="makes a power factor of 1.05"):
+        Nameplate.build({key: one for key, one in PLATE.items() if key != "power_factor"} | {"efficiency": 0.605})
+
+
+def test_what_is_said_of_a_plate() -> None:
+    """Both numbers of a contradiction, and a range for R_s that holds the measured 3.7 ohm of this motor."""
+    said = remarks(Nameplate.build(PLATE), {})
+    assert len(said) == 2 and "an efficiency of 79.4 %" in said[0]
+    low, high = (float(x) for x in re.search(r"between (\S+) and (\S+) ohm", said[1]).groups())
+    assert low < 3.7 < machine_of(Nameplate.build(PLATE), {"J": 0.015}).R_s < high < 2 * 3.7
+    assert len(remarks(Nameplate.build(PLATE), {"R_s": 3.7})) == 1
+    assert not any("CONTRADICTION" in text for text in remarks(Nameplate.build(PLATE | {"efficiency": "80.5 %"}), {}))
+    said = remarks(Nameplate.build(PLATE | {"efficiency": "88 %"}), {})
+    assert "efficiency is 88.0 %, which needs 4.511 A where it has 5 A" in said[1]
+
+
+def test_what_is_said_of_a_plate_stands_in_the_study(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    study = tmp_path / "study.toml"
+    assert cli.main(["study", "--init", str(study), "--machine", str(_file(tmp_path, "J = 0.015"))]) == 0
+    text = f"R_s = {Study.load(study).machine.R_s:.3g} ohm is estimated from the plate, between"
+    assert f"plate: {text}" in capsys.readouterr().out and f"# Plate: {text}" in study.read_text()
+
+
+@pytest.mark.parametrize(("text", "said"), [
+    ("", "has no motor in it: write a [nameplate]"),
+    ("[machine]\nR_s = 3.7\nLm = 0.2\n", "did you mean L_m?; give all of R_s"),
+    ("[nameplate]\ncurrent = 15.2 A  # line\n", 'in line 2 write "15.2 A", in quotes'),
+    ("[nameplate]\ncurrent = 15,2\n", "in line 2 write 15.2, with a point"),
+    ("[nameplate]\ncurrent = 15,2 A\n", 'in line 2 write "15.2 A", in quotes and with a point'),
+])
+def test_a_motor_file_gone_wrong(tmp_path: Path, capsys: pytest.CaptureFixture[str], text: str, said: str) -> None:
+    (tmp_path / "motor.toml").write_text(text)
+    assert cli.main(["study", "--init", str(tmp_path / "study.toml"), "--machine", str(tmp_path / "motor.toml")]) == 2
+    error = capsys.readouterr().err
+    assert said in error and error.count("\n") == 1
 
 
 def test_what_is_missing_is_named() -> None:

@@ -141,3 +141,48 @@ def test_numbers_that_json_lacks_become_null(tmp_path: Path) -> None:
     emit_json(Namespace(json=str(file)), "imo-test/1", {"a": float("nan"), "b": 1 + 2j, "c": (1, float("inf"))})
     data = json.loads(file.read_text())
     assert data["a"] is None and data["b"] == [1.0, 2.0] and data["c"] == [1, None]
+
+
+@pytest.mark.parametrize(("words", "says"), [
+    (["sweep", "study.toml", "--runs", "5", "--out", "a.nc", "--json", "study.toml"], "--json study.toml would overwrite study.toml"),
+    (["simulate", "./study.toml", "--out", "a.nc", "--json", "../{here}/study.toml"], "would overwrite ./study.toml"),
+    (["replay", "log.csv", "--machine", "study.toml", "--json", "log.csv"], "--json log.csv would overwrite log.csv"),
+    (["poles", "study.toml", "--json", "study.toml"], "--json study.toml would overwrite study.toml"),
+    (["excite", "run.nc", "--out", "run.nc"], "--out run.nc would overwrite run.nc"),
+    (["report", "study.toml", "--json", "study.toml"], "--json study.toml would overwrite study.toml"),
+    (["study", "--init", "motor.toml", "--machine", "motor.toml", "--force"], "--init motor.toml would overwrite motor.toml"),
+    (["tune", "study.toml", "--out", "motor.toml"], "--out does not overwrite a .toml file"),
+    (["derive", "--json", "motor.toml"], "--json does not overwrite a .toml file"),
+    (["study", "--init", "motor.toml"], "motor.toml exists already"),
+    (["study", "--init", "new.toml", "--json", "new.toml"], "--json and --init both write new.toml"),
+])
+def test_no_output_overwrites_what_is_not_a_result(
+    words: list[str], says: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name in ("study.toml", "motor.toml", "log.csv", "run.nc"):
+        Path(name).write_text("as it was")
+    assert cli.main([word.format(here=tmp_path.name) for word in words]) == 2
+    error = capsys.readouterr().err
+    assert says in error and error.count("\n") == 1
+    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == dict.fromkeys(
+        ("study.toml", "motor.toml", "log.csv", "run.nc"), "as it was")
+
+
+def test_an_interrupted_report_leaves_no_empty_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from imo_analysis.report import dossier
+
+    def stop(study: object, out: str, *more: object) -> None:
+        (Path(out) / "figures").mkdir(parents=True, exist_ok=True)
+        if tmp_path.name in out and out.endswith("kept"):
+            (Path(out) / "table2.csv").write_text("whole")
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(dossier, "write_dossier", stop)
+    (tmp_path / "mine").mkdir()
+    for name in ("new", "kept", "mine"):
+        assert cli.main(["report", "--out", str(tmp_path / name)]) == 2
+    assert "interrupted" in capsys.readouterr().err
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["kept", "mine"]

@@ -198,3 +198,68 @@ def test_a_steady_record_is_not_identifiable_and_the_verdict_says_so(folder, cap
     said = capsys.readouterr().out
     assert "begun on the fly at omega_hat = 200" in said
     assert "never holds; lost: alpha_hat and omega_hat along (1, -0.755)" in said  # -slip/alpha = -5/6.6236
+
+
+# A record that a simulation wrote ---------------------------------------------------------------------------------------
+@pytest.fixture(scope="module")
+def own(tmp_path_factory):
+    """A study of a motor, its record of each sample and of one in ten; what `imo simulate` said of the repaired observer."""
+    folder = tmp_path_factory.mktemp("own")
+    study, report = folder / "study.toml", folder / "sim.json"
+    assert cli.main(["study", "--init", str(study), "--machine", "motulator-2.2-kw"]) == 0
+    words = ["simulate", str(study), "--scenario", "load"]
+    assert cli.main([*words, "--every", "1", "--out", str(folder / "log.csv"), "--json", str(report)]) == 0
+    assert cli.main([*words, "--out", str(folder / "thin.csv")]) == 0
+    return folder, json.loads(report.read_text())["observers"]["repaired"]
+
+
+def _again(folder, name, capsys, *words):
+    capsys.readouterr()
+    assert cli.main(["replay", str(folder / name), "--machine", str(folder / "study.toml"), "--voltage", "held", "--json", "-",
+                     "--after", "3", *words]) == 0
+    said = capsys.readouterr()
+    return json.loads(said.out)["observers"], said.err
+
+
+def test_a_record_of_a_simulation_gives_what_the_simulation_gave(own, capsys):
+    folder, simulated = own
+    observers, said = _again(folder, "log.csv", capsys)
+    assert observers["repaired"]["gains_from"] == f"[observers.repaired.gains] of {folder / 'study.toml'}"
+    assert "--initial study begins them so" in said and "by least squares over the first" in said
+    assert observers["repaired"]["speed_error_rms"] == pytest.approx(simulated["speed_error_rms"], rel=0.2)
+    begun, said = _again(folder, "log.csv", capsys, "--initial", "study")
+    assert "least squares" not in said
+    assert begun["repaired"]["omega_hat"] == pytest.approx(simulated["omega_hat"], abs=0.5)
+    assert begun["repaired"]["speed_error_rms"] == pytest.approx(simulated["speed_error_rms"], rel=0.2)
+
+
+def test_the_gains_are_the_studys_unless_the_rule_is_asked_for(own, capsys):
+    folder, _ = own
+    study = Study.load(folder / "study.toml")
+    assert _again(folder, "log.csv", capsys)[0]["repaired"]["gains"] == study.observers["repaired"].gains
+    for words, source in ((["--rule"], "the rule"), (["--bandwidth", "900"], "the rule, at 900 rad/s")):
+        one = _again(folder, "log.csv", capsys, *words)[0]["repaired"]
+        assert one["gains_from"] == source and one["gains"] != study.observers["repaired"].gains
+    one = _again(folder, "log.csv", capsys, "--gain", "k_1=3000")[0]["repaired"]
+    assert one["gains_from"].endswith("study.toml with k_1 as given") and one["gains"]["K_p"] == study.observers["repaired"].gains["K_p"]
+    (folder / "tuned.toml").write_text((folder / "study.toml").read_text().replace("K_p = ", "K_p = 2"))
+    assert cli.main(["replay", str(folder / "log.csv"), "--machine", str(folder / "tuned.toml"), "--json", "-"]) in (0, 1)
+    assert json.loads(capsys.readouterr().out)["observers"]["repaired"]["gains"]["K_p"] > 1e4
+
+
+def test_a_record_with_one_sample_in_ten_is_warned_of(own, capsys):
+    folder, _ = own
+    assert "one in 10 of the samples of its 10000 Hz drive" in _again(folder, "thin.csv", capsys)[1]
+    assert "one in" not in _again(folder, "log.csv", capsys)[1]
+
+
+def test_a_start_that_no_study_has_is_refused(folder, capsys):
+    assert imo(folder, "--initial", "study") == 2
+    assert "has no [observers.repaired] to take the start from" in capsys.readouterr().err
+
+
+def test_a_rate_may_have_a_unit(folder, capsys):
+    assert imo(folder, "--rate", "10kHz", "--json", "-") == 0
+    assert json.loads(capsys.readouterr().out)["sample_time"] == 1e-4
+    assert imo(folder, "--rate", "10 ms") == 2
+    assert '--rate = "10 ms" has the wrong unit; it must be in Hz' in capsys.readouterr().err

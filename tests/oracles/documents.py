@@ -146,7 +146,7 @@ SETUP = {
     "pip install -e '.[test]'": (".ci/run", "pip install -q --disable-pip-version-check -e '.[test]'"),
     "pytest": (".ci/run", "pytest -n 2"),
     "imo report": (".ci/run", "imo\" report --out"),
-    "imo report study.toml --out dossier": ("manual/tutorial.md", "$ imo report study.toml --out dossier"),
+    "imo report mine.toml --out dossier": ("manual/tutorial.md", "$ imo report study.toml --out dossier"),
     # an hour of duty takes half a minute; the test runs a minute of it
     "imo simulate hour.toml --out duty.nc": ("tests/excitation/test_duty.py", "run = simulate(mixed_duty(Study.paper(), 80.0"),
     "pip install '.[docs]'": ("pyproject.toml", "[notebooks,sweep,parquet,docs]"),

@@ -471,6 +471,21 @@ def test_settings_that_cannot_be_are_refused(started, more, words):
         prepared(started, TABLE, **more)
 
 
+def test_no_gains_follow_from_a_record_that_hardly_turns(folder):
+    path = write(folder / "bit.csv", steady(0.012, omega=200.0))  # 141 degrees
+    with pytest.raises(InputError, match=r"in which the voltages turn by about \d+ degrees; it takes 180: give all gains"):
+        prepared(path, TABLE)
+    prepared(path, TABLE, gains=default_gains("repaired", TABLE, Level(205.0, 0.5), 1000.0))
+
+
+def test_gains_and_starts_of_a_study_go_before_the_rule(started):
+    mine = default_gains("repaired", TABLE, Level(205.0, 0.5), 1234.0)
+    _, _, (first, second) = prepared(started, TABLE, ["repaired", "baseline"], study_gains={"repaired": mine},
+                                     study_initial={"repaired": {"omega_hat": 5.0}}, gains={"k_1": 77.0})
+    assert first.gains == {**mine, "k_1": 77.0} and not first.by_rule and first.initial["omega_hat"] == 5.0
+    assert second.by_rule and second.initial == {}
+
+
 def test_an_unknown_observer_is_refused(started):
     with pytest.raises(InputError, match="'ekf' is not known"):
         prepared(started, TABLE, ["ekf"])

@@ -22,13 +22,17 @@ from imo_analysis.replay.survey import survey
         ("Ib [mA]", "i_b", "mA"), ("i_beta", "i_q", None), ("i_qs_meas", "i_q", None),
         ("speed_rad_per_s", "omega_m", "rad/s"), ("n_rpm", "omega_m", "rpm"), ("rpm", "omega_m", "rpm"),
         ("omega", "omega", None), ("omega_m", "omega_m", None),
+        ("U1 (V)", "u_a", "V"), ("I3 (mA)", "i_c", "mA"), ("I_L2 [A]", "i_b", "A"), ("U_L1L2", "u_ab", None), ("u31", "u_ca", None),
+        ("Zeit/ms", "time", "ms"), ("U_a/V", "u_a", "V"), ("I_b / mA", "i_b", "mA"), ("ms", "time", "ms"), ("vU", "u_a", None),
+        ("vV", "u_b", None), ("vW", "u_c", None), ("iV", "i_b", None), ("U_V", "u_b", None), ("U_UV", "u_ab", None),
+        ("n/min^-1", "omega_m", "min^-1"), ("Drehzahl/(1/min)", "omega_m", "1/min"), ("t [sec]", "time", "s"),
     ],
 )
 def test_usual_names_are_known(name, role, unit):
     assert recognise(name) == (role, unit)
 
 
-@pytest.mark.parametrize("name", ["i_ds_hat", "torque", "phi_dr", "idc", "vdc", "temperature", "va_mA", ""])
+@pytest.mark.parametrize("name", ["i_ds_hat", "torque", "phi_dr", "idc", "vdc", "temperature", "va_mA", "", "UV", "uw", "VW"])
 def test_other_names_are_not(name):
     assert recognise(name) is None
 
@@ -76,8 +80,32 @@ def test_phases_lines_and_axes_give_the_same(tmp_path):
     two = write(tmp_path / "2.csv", np.hstack([time, phases[:, [0, 2]], phases[:, [4, 5]], omega]), "t,ua,uc,ib,ic,omega")
     line = write(tmp_path / "l.csv", np.hstack([time, lines[:, 1:], 1e3 * phases[:, 3:], omega / 2 * 30 / np.pi]),
                  "t,ubc,uca,ia_mA,ib_mA,ic_mA,n_rpm")
-    for path in (three, two, line):
+    all_lines = write(tmp_path / "l3.csv", np.hstack([1e3 * time, lines, phases[:, 3:], omega / 2 * 30 / np.pi]),
+                      "t_ms,Uab_V,Ubc_V,Uca_V,Ia_A,Ib_A,Ic_A,n_rpm")
+    off = write(tmp_path / "l3off.csv", np.hstack([time, lines + 3.0, phases[:, 3:], omega / 2]), "t,uab,ubc,uca,ia,ib,ic,speed")
+    named = _values(all_lines, columns={"uab": "Uab_V", "ubc": "Ubc_V"})
+    assert np.array_equal(named, _values(all_lines))
+    for path in (three, two, line, all_lines, off):
         assert np.allclose(_values(path), expected, rtol=1e-12, atol=1e-12)
+
+
+def test_the_unit_in_the_header_counts_for_a_column_that_is_named(tmp_path):
+    chosen = choose(["Ch0 (ms)", "Ch1 [kV]", "Ch2/V", "Ch3 (mA)", "Ch4"],
+                    {"time": "Ch0 (ms)", "ua": "Ch1 [kV]", "ub": "Ch2/V", "ia": "Ch3 (mA)", "ib": "Ch4"}, {}, "log")
+    assert [column.unit for column in chosen] == ["ms", "kV", "V", "mA", "A"]
+
+
+@pytest.mark.parametrize("reader", ["pyarrow", "numpy"])
+def test_decimal_commas_between_semicolons(tmp_path, monkeypatch, reader):
+    if reader == "numpy":
+        monkeypatch.setattr(logs, "find_spec", lambda name: None)
+    rows = steady(0.01)
+    path = write(tmp_path / "a.csv", rows)
+    path.write_text(path.read_text().replace(",", ";").replace(".", ","))
+    assert np.array_equal(_values(path), rows[:, 1:])
+    path.write_text(path.read_text().replace("0,0001;", "0,0001;x", 1))
+    with pytest.raises(InputError, match="line 3: u_alpha = 'x"):
+        survey(Log.open(path, 2))
 
 
 def test_two_readers_give_the_same_bits(tmp_path, monkeypatch):
@@ -140,6 +168,9 @@ FAULTS = [
     ("backwards", _cell(60, 0, "0.001"), r"line 60 .*time goes back"),
     ("repeated", lambda lines: [*lines[:60], *lines[59:]], r"line 61 .*time repeats"),
     ("one row", lambda lines: lines[:2], "1 row"),
+    ("short record", lambda lines: lines[:3], r"2 row\(s\) of data are too short a record; it takes 50 samples or more"),
+    ("decimal commas", lambda lines: [lines[0], *(line.replace(".", ",") for line in lines[1:])],
+     r"line 2: \d+ columns where the header has 6; are its decimals written with a comma"),
     ("no rows", lambda lines: lines[:1], "0 row"),
     ("empty file", lambda lines: [""], "is empty"),
     ("no header", lambda lines: lines[1:], "holds numbers, not names"),

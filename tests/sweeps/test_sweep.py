@@ -3,6 +3,7 @@
 import io
 import json
 import sys
+import warnings
 
 import numpy as np
 import pytest
@@ -109,6 +110,16 @@ def test_threads_and_chunks_change_no_bit(data, study, monkeypatch):
     again = sweep(study, jobs=2)
     sweeps.plan_of.cache_clear()
     assert data.identical(again)
+
+
+def test_runs_over_grids_alone_are_one_a_point(study):
+    grids = short(study, {"machine.R_r": {"linspace": [0.3, 0.5, 3]}, "machine.R_s": {"values": [0.4, 0.5]}})
+    with pytest.warns(UserWarning, match="sweep.runs = 40 draws nothing") as caught:
+        plan = Plan(grids)
+    assert plan.runs == 6 and len(caught) == 1
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # where its text is computed elsewhere nobody is told again
+        assert Plan(type(study).from_toml(plan.text)).runs == 6
 
 
 def test_draws_do_not_depend_on_how_many_there_are(study):
@@ -240,7 +251,9 @@ def test_killed_and_resumed_is_the_same_to_the_byte(file, monkeypatch, capsys):
         return compute(text, number, jobs)
 
     monkeypatch.setattr(sweeps, "compute", dies)
+    capsys.readouterr()
     assert cli.main(["sweep", "study.toml", "--out", "cut.nc"]) == 2
+    assert "interrupted; 2 of 4 chunks are kept in cut.nc.parts: the same command with --resume" in capsys.readouterr().err
     parts = file.parent / "cut.nc.parts"
     assert not (file.parent / "cut.nc").exists() and len(list(parts.glob("chunk-*.npz"))) == 2
     assert cli.main(["sweep", "study.toml", "--out", "cut.nc"]) == 2
