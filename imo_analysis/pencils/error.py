@@ -288,6 +288,8 @@ def poles(matrices: np.ndarray) -> np.ndarray:
     """
     matrices = np.asarray(matrices)
     there = np.all(np.isfinite(matrices), axis=(-1, -2))
+    if np.all(there):
+        return np.sort(np.linalg.eigvals(matrices).astype(complex, copy=False), axis=-1)
     eigenvalues = np.full(matrices.shape[:-1], np.nan, dtype=complex)
     eigenvalues[there] = np.linalg.eigvals(matrices[there])
     return np.sort(eigenvalues, axis=-1)

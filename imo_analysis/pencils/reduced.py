@@ -1,9 +1,12 @@
-"""The system matrix without the poles that z_tilde and xi_tilde have between them whatever the gains are.
+"""The system matrix without the poles that no gain moves: those of z_tilde and xi_tilde, and that of the two adaptation laws.
 
-Both are driven by the current error alone and turn with the frame: ``(z, xi)' = -w_s J (z, xi) + C i``. So what is excited of
+z_tilde and xi_tilde are driven by the current error alone and turn with the frame: ``(z, xi)' = -w_s J (z, xi) + C i``. So what is excited of
 them is ``(z, xi) = C y`` with ``y' = -w_s J y + i``, and with y in their place two states fewer have all poles but a pair:
-zero twice at frozen speed, where the frame rests, and plus and minus j w_s in the frame of the flux. Nothing is divided by,
-and a pole that passes near one of those is not mixed up with it by an eigenvalue solver.
+zero twice at frozen speed, where the frame rests, and plus and minus j w_s in the frame of the flux.
+
+About a steady state the laws of alpha_hat and omega_hat are driven by one and the same current error, that across the flux:
+``alpha' = p i_q, omega' = q i_q``. With y_q' = i_q in place of the two a pole at zero is left out. Nothing is divided by, and a
+pole that passes near one of those left out is not mixed up with it by an eigenvalue solver.
 """
 
 from __future__ import annotations
@@ -19,6 +22,7 @@ import sympy as sp
 from imo_analysis.pencils.error import poles
 from imo_analysis.pencils.jacobian import Kind, jacobian
 
+_ADAPTED = ("alpha_tilde", "omega_tilde")
 _LOOPS = ("z_1_tilde", "z_2_tilde", "xi_1_tilde", "xi_2_tilde")
 
 
@@ -29,7 +33,7 @@ class Reduced:
     Attributes
     ----------
     matrix : sympy.Matrix
-        In (i_tilde, y, the adapted), or the whole matrix where there is no xi.
+        In (i_tilde, y, what else there is, y_q), or the whole matrix where there is no xi.
     arguments : tuple of str
         Names of what it depends on.
     function : callable
@@ -62,12 +66,34 @@ def reduced(name: str, kind: Kind = "frozen") -> Reduced:
     derived = jacobian(name, kind)
     n = len(derived.states)
     matrix = derived.matrix[:n, :n]
-    if set(_LOOPS) <= set(derived.states):
-        matrix = _without_the_pair(matrix, derived.states)
+    states = derived.states
+    if set(_LOOPS) <= set(states):
+        if kind == "full":
+            matrix = _without_the_line(matrix, states)
+            states = (*(state for state in states if state not in _ADAPTED), "y_q")
+        matrix = _without_the_pair(matrix, states)
     ordered = {symbol.name: symbol for symbol in matrix.free_symbols}
     used = tuple(argument for argument in derived.arguments if argument in ordered)
     function = sp.lambdify([ordered[argument] for argument in used], list(matrix), modules="numpy", cse=True)
     return Reduced(matrix, used, function)
+
+
+def _without_the_line(A: Any, states: tuple[str, ...]) -> Any:
+    """The matrix at a steady state, with y_q, the last, in place of alpha_tilde and omega_tilde."""
+    names = {symbol.name: symbol for symbol in A.free_symbols}
+    at_rest = {names["z_1"]: names["i_ds"] * (1 + names["L_m"] * names["beta"]), names["z_2"]: names["i_qs"]}
+    A = A.xreplace(at_rest)  # phi_dr = L_m i_ds and phi_qr = 0
+    laws = [states.index(state) for state in _ADAPTED]
+    across = states.index("i_qs_tilde")
+    drives = [sp.factor(A[row, across]) for row in laws]
+    if any(sp.simplify(A[row, column]) != 0 for row in laws for column in range(A.cols) if column != across):
+        raise AssertionError(f"alpha and omega of {states} are not driven by the current error across the flux alone")
+    rest = [k for k in range(A.rows) if k not in laws]
+    smaller = sp.zeros(len(rest) + 1, len(rest) + 1)
+    smaller[:-1, :-1] = A.extract(rest, rest)
+    smaller[:-1, -1] = A.extract(rest, laws) * sp.Matrix(drives)
+    smaller[-1, rest.index(across)] = 1
+    return smaller
 
 
 def _without_the_pair(A: Any, states: tuple[str, ...]) -> Any:

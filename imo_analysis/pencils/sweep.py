@@ -295,8 +295,7 @@ def evaluator(
 
     The adaptive observers have poles that no gain moves: two at zero at frozen speed; two at plus and minus j times the
     stator frequency and one at zero in the frame of the flux. Near one of them an eigenvalue solver mixes it with a pole that
-    crosses the axis there, so they are left out of the matrix (`imo_analysis.pencils.reduced`); the last one is taken out by
-    its place.
+    crosses the axis there, so they are left out of the matrix (`imo_analysis.pencils.reduced`).
     """
     names = over if isinstance(over, tuple) else (over,)
     possible = sweepable(observer, kind)
@@ -357,9 +356,8 @@ def evaluator(
         )
     if left_out == 0:
         return Poles(lambda values: finite(smaller.poles, values), lambda values: pair(values)[..., :0])
-    zero = np.zeros(1)
     return Poles(
-        lambda values: _without(finite(smaller.poles, values), zero),
+        lambda values: finite(smaller.poles, values),
         lambda values: np.concatenate([np.zeros((*shape(values), 1)), pair(values)], axis=-1),
     )
 
