@@ -1,8 +1,8 @@
 """The system matrix without the poles that no gain moves: those of z_tilde and xi_tilde, and that of the two adaptation laws.
 
-z_tilde and xi_tilde are driven by the current error alone and turn with the frame: ``(z, xi)' = -w_s J (z, xi) + C i``. So what is excited of
-them is ``(z, xi) = C y`` with ``y' = -w_s J y + i``, and with y in their place two states fewer have all poles but a pair:
-zero twice at frozen speed, where the frame rests, and plus and minus j w_s in the frame of the flux.
+z_tilde and xi_tilde are driven by the current error alone and turn with the frame: ``(z, xi)' = -w_s J (z, xi) + C i``. So what
+is excited of them is ``(z, xi) = C y`` with ``y' = -w_s J y + i``, and with y in their place two states fewer have all poles
+but a pair: zero twice at frozen speed, where the frame rests, and plus and minus j w_s in the frame of the flux.
 
 About a steady state the laws of alpha_hat and omega_hat are driven by one and the same current error, that across the flux:
 ``alpha' = p i_q, omega' = q i_q``. With y_q' = i_q in place of the two a pole at zero is left out. Nothing is divided by, and a

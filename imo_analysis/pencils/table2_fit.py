@@ -22,8 +22,9 @@ Findings, all recomputed by the functions here in rational arithmetic:
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
 from fractions import Fraction
-from functools import cache
 
 from imo_analysis.errors import InputError
 from imo_analysis.paper.tables import EIGENVALUES
@@ -31,7 +32,8 @@ from imo_analysis.pencils.interval import Interval, meet_all, square_root
 
 COLUMNS = ("proposed", "baseline")
 # column -> speed in rad/s -> the two members of the pairs, (real, imaginary) as printed, that add up to -a + j omega_hat
-PRINTED: dict[str, dict[int, tuple[tuple[str, str], tuple[str, str]]]] = {
+Table = Mapping[str, Mapping[int, tuple[tuple[str, str], tuple[str, str]]]]
+PRINTED: Table = {
     column: {pair.omega_hat: (pair.first, pair.second) for pair in EIGENVALUES if pair.column == column} for column in COLUMNS
 }
 SPEEDS = tuple(PRINTED["proposed"])
@@ -47,12 +49,14 @@ def scheduled(column: str, omega: int) -> int:
     return omega * omega if column == "proposed" else abs(omega)
 
 
-@cache
-def sum_interval() -> Interval:
-    """The interval of a that every pair's real parts allow. Each pair's imaginary parts are checked to add up to omega_hat."""
+def sum_interval(table: Table | None = None) -> Interval:
+    """The interval of a that every pair's real parts allow. Each pair's imaginary parts are checked to add up to omega_hat.
+
+    ``table`` stands in the place of `PRINTED`, here and below.
+    """
     intervals = []
-    for column in COLUMNS:
-        for omega, (fast, slow) in PRINTED[column].items():
+    for column, rows in (PRINTED if table is None else table).items():
+        for omega, (fast, slow) in rows.items():
             intervals.append(-(Interval.printed(fast[0]) + Interval.printed(slow[0])))
             if not (Interval.printed(fast[1]) + Interval.printed(slow[1])).holds(omega):
                 raise AssertionError(f"{column} at {omega} rad/s: the imaginary parts do not add up to the speed")
@@ -62,16 +66,66 @@ def sum_interval() -> Interval:
     return a
 
 
-@cache
-def product(column: str, omega: int) -> tuple[Interval, Interval]:
+def product(column: str, omega: int, table: Table | None = None) -> tuple[Interval, Interval]:
     """Real and imaginary part of the product of a pair, enclosed, with the sum of the pair used to tighten the rounding."""
-    (fast_re, fast_im), (slow_re, slow_im) = PRINTED[column][omega]
-    a = sum_interval()
+    (fast_re, fast_im), (slow_re, slow_im) = (PRINTED if table is None else table)[column][omega]
+    a = sum_interval(table)
     x_1 = _both(Interval.printed(fast_re), -a - Interval.printed(slow_re))
     y_1 = _both(Interval.printed(fast_im), Interval.of(omega) - Interval.printed(slow_im))
     x_2 = _both(Interval.printed(slow_re), -a - Interval.printed(fast_re))
     y_2 = _both(Interval.printed(slow_im), Interval.of(omega) - Interval.printed(fast_im))
     return x_1 * x_2 - y_1 * y_2, x_1 * y_2 + x_2 * y_1
+
+
+@dataclass(frozen=True)
+class Digits:
+    """What the digits of a column say of its pairs, by speed: the sum -a + j omega and the product D.
+
+    Attributes
+    ----------
+    a : Interval
+    D_re, D_im : dict of int to Interval
+    """
+
+    a: Interval
+    D_re: dict[int, Interval]
+    D_im: dict[int, Interval]
+
+    @property
+    def c_0(self) -> dict[int, Interval]:
+        """Square of the product's magnitude."""
+        return {omega: value.square() + self.D_im[omega].square() for omega, value in self.D_re.items()}
+
+
+def digits(column: str, table: Table | None = None) -> Digits:
+    """The digits of a column, read together with those of the other one."""
+    both = {omega: product(column, omega, table) for omega in SPEEDS}
+    return Digits(sum_interval(table), {omega: one[0] for omega, one in both.items()},
+                  {omega: one[1] for omega, one in both.items()})
+
+
+def as_printed(a: Fraction, products: Mapping[int, tuple[Fraction, Fraction]], places: int = 6) -> Table:
+    """The table that would be printed of pairs with the sum -a + j omega and these products, the same in both columns.
+
+    Parameters
+    ----------
+    a : Fraction
+        In 1/s.
+    products : mapping of int to (Fraction, Fraction)
+        Real and imaginary part of each pair's product, by speed.
+    places : int
+        Digits after the point, more than the paper's, so that rounding hides nothing.
+    """
+    rows = {}
+    for omega, (real, imag) in products.items():
+        one, other = ((_decimal(re.low, places), _decimal(im.low, places)) for re, im in _pair(a, omega, real, imag))
+        rows[omega] = (one, other)
+    return dict.fromkeys(COLUMNS, rows)
+
+
+def _decimal(value: Fraction, places: int) -> str:
+    scaled = round(value * 10**places)
+    return f"{'-' if scaled < 0 else ''}{abs(scaled) // 10**places}.{abs(scaled) % 10**places:0{places}d}"
 
 
 def _both(one: Interval, other: Interval) -> Interval:
@@ -83,7 +137,10 @@ def _both(one: Interval, other: Interval) -> Interval:
 
 def roots(a: Fraction, b: Fraction, c: Fraction, d: Fraction, column: str, omega: int) -> list[tuple[Interval, Interval]]:
     """Both roots of the quadratic, faster decay first, each as rational intervals for real and imaginary part, width 1e-39."""
-    product_re, product_im = b + d * scheduled(column, omega), -c * omega
+    return _pair(a, omega, b + d * scheduled(column, omega), -c * omega)
+
+
+def _pair(a: Fraction, omega: int, product_re: Fraction, product_im: Fraction) -> list[tuple[Interval, Interval]]:
     delta_re, delta_im = a * a - omega * omega - 4 * product_re, -2 * a * omega - 4 * product_im
     modulus = square_root(delta_re * delta_re + delta_im * delta_im)
     x = _root_of((modulus + delta_re) * Fraction(1, 2))

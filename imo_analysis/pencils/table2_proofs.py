@@ -32,7 +32,7 @@ from imo_analysis.equations.catalogue import OBSERVERS, PARAMETERS
 from imo_analysis.paper.tables import printed
 from imo_analysis.pencils.interval import Interval, meet_all
 from imo_analysis.pencils.jacobian import jacobian
-from imo_analysis.pencils.table2_fit import COLUMNS, SPEEDS, product, sum_interval
+from imo_analysis.pencils.table2_fit import COLUMNS, SPEEDS, Digits, Table, digits, product, sum_interval
 
 # Table III, exactly, and its two values of alpha
 R_S, L_M = printed("R_s"), printed("L_m")
@@ -175,19 +175,20 @@ def _slopes(values: dict[int, Interval]) -> dict[int, Interval]:
 @cache
 def refutations() -> tuple[Refutation, ...]:
     """Every printed form against both columns."""
-    return tuple(found for column in COLUMNS for argue in _ARGUMENTS for found in argue(column))
+    return refuted()
 
 
-def _printed(column: str) -> tuple[dict[int, Interval], dict[int, Interval], dict[int, Interval]]:
-    real = {omega: product(column, omega)[0] for omega in SPEEDS}
-    imag = {omega: product(column, omega)[1] for omega in SPEEDS}
-    return real, imag, {omega: real[omega].square() + imag[omega].square() for omega in SPEEDS}
+def refuted(table: Table | None = None, source: str = "") -> tuple[Refutation, ...]:
+    """Every printed form, or those that the paper prints in one place, against both columns of the paper's or another table."""
+    chosen = [argue for argue, sources in _ARGUMENTS.items() if not source or source in sources]
+    found = (one for column in COLUMNS for argue in chosen for one in argue(column, digits(column, table)))
+    return tuple(one for one in found if not source or one.source == source)
 
 
-def _real_part_constant(column: str) -> list[Refutation]:
+def _real_part_constant(column: str, said: Digits) -> list[Refutation]:
     """(8) expanded with the z feedback of (7): D_re is alpha k_3; (7) read as a matrix: alpha R_s/sigma. Neither moves."""
     alpha, rho = _SYMBOLS["alpha"], _SYMBOLS["R_s"] / _SYMBOLS["sigma"]
-    real = _printed(column)[0]
+    real = said.D_re
     found = []
     for form, source, matrix, value in (
         ("(8) expanded", "(8)", expanded("printed_7"), alpha * sp.Symbol("k_3", real=True)),
@@ -198,9 +199,9 @@ def _real_part_constant(column: str) -> list[Refutation]:
     return found
 
 
-def _imaginary_part_zero(column: str) -> list[Refutation]:
+def _imaginary_part_zero(column: str, said: Digits) -> list[Refutation]:
     """(8) expanded with L(omega_hat) or with (12)'s z feedback: D_im = 0."""
-    imag = _printed(column)[1]
+    imag = said.D_im
     return [
         Refutation(f"(8) expanded, z feedback of {where}", where, column, "D_im = 0", imag, ("any",),
                    _same(invariants(expanded(name)).D_im, 0) and not any(i.holds(0) for i in imag.values()))
@@ -208,18 +209,18 @@ def _imaginary_part_zero(column: str) -> list[Refutation]:
     ]
 
 
-def _imaginary_part_of_12(column: str) -> list[Refutation]:
+def _imaginary_part_of_12(column: str, said: Digits) -> list[Refutation]:
     """(12) with its printed signs: D_im = -a omega."""
     form = invariants(error_12_as_printed())
-    rate = {omega: -imag / omega for omega, imag in _printed(column)[1].items()}
-    proved = _same(form.D_im, -form.a * _OMEGA) and all(r.meet(sum_interval()) is None for r in rate.values())
+    rate = {omega: -imag / omega for omega, imag in said.D_im.items()}
+    proved = _same(form.D_im, -form.a * _OMEGA) and all(r.meet(said.a) is None for r in rate.values())
     return [Refutation("(12) with its printed signs", "(12)", column, "-D_im / omega = a", rate, ("any",), proved)]
 
 
-def _stator_rate(column: str) -> list[Refutation]:
+def _stator_rate(column: str, said: Digits) -> list[Refutation]:
     """(8) read as a matrix equation: -D_im / omega is R_s/sigma, which Table III gives."""
     rho = _SYMBOLS["R_s"] / _SYMBOLS["sigma"]
-    rate = {omega: -imag / omega for omega, imag in _printed(column)[1].items()}
+    rate = {omega: -imag / omega for omega, imag in said.D_im.items()}
     return [
         Refutation(
             f"(8) as a matrix equation, z feedback of {where}", "(8)", column,
@@ -230,10 +231,10 @@ def _stator_rate(column: str) -> list[Refutation]:
     ]
 
 
-def _luenberger(column: str) -> list[Refutation]:
+def _luenberger(column: str, said: Digits) -> list[Refutation]:
     """(7) expanded: c_0 = -+(alpha^2 + omega^2) (k_2 omega)^2."""
     alpha, k_2 = _SYMBOLS["alpha"], sp.Symbol("k_2", real=True)
-    c_0 = _printed(column)[2]
+    c_0 = said.c_0
     found = []
     for name, where, sign in (("printed_7", "(7)", -1), ("printed_L", "L(omega_hat)", 1), ("consistent_12", "(12)", 1)):
         identity = _same(invariants(expanded(f"luenberger_{name}")).c_0, sign * (alpha**2 + _OMEGA**2) * (k_2 * _OMEGA) ** 2)
@@ -248,13 +249,13 @@ def _luenberger(column: str) -> list[Refutation]:
     return found
 
 
-def _luenberger_matrix(column: str) -> list[Refutation]:
+def _luenberger_matrix(column: str, said: Digits) -> list[Refutation]:
     """(7) read as a matrix equation: D = (alpha - j omega) (R_s/sigma + j k omega), k = -k_2 for L(omega_hat), k_2 for (12).
 
     D_re = alpha R_s/sigma + k omega^2 and -D_im / omega = R_s/sigma - alpha k: D_re taken at two speeds gives k; then both.
     """
     alpha, rho, k_2 = _SYMBOLS["alpha"], _SYMBOLS["R_s"] / _SYMBOLS["sigma"], sp.Symbol("k_2", real=True)
-    real, imag, _ = _printed(column)
+    real, imag = said.D_re, said.D_im
     found = []
     for name, where, k in (("printed_L", "L(omega_hat)", -k_2), ("consistent_12", "(12)", k_2)):
         form = invariants(matrix_reading(f"luenberger_{name}"))
@@ -271,12 +272,12 @@ def _luenberger_matrix(column: str) -> list[Refutation]:
     return found
 
 
-def _baseline(column: str) -> list[Refutation]:
+def _baseline(column: str, said: Digits) -> list[Refutation]:
     """(2)-(3) with any constant real 4x2 gain: c_0 = (alpha^2 + omega^2) Q, where Q does not depend on the speed."""
     alpha = _SYMBOLS["alpha"]
     quotient = sp.cancel(_nonzero_coefficients(baseline_any_gain())[-1] / (alpha**2 + _OMEGA**2))
     identity = _OMEGA not in quotient.free_symbols
-    c_0 = _printed(column)[2]
+    c_0 = said.c_0
     found = []
     for reading, value in ALPHAS.items():
         ratio = {omega: c / (value * value + omega * omega) for omega, c in c_0.items()}
@@ -290,9 +291,12 @@ def _baseline(column: str) -> list[Refutation]:
     return found
 
 
-_ARGUMENTS: tuple[Callable[[str], list[Refutation]], ...] = (
-    _luenberger, _luenberger_matrix, _real_part_constant, _imaginary_part_zero, _stator_rate, _imaginary_part_of_12, _baseline,
-)
+# with where the paper prints the forms that each is about
+_ARGUMENTS: dict[Callable[[str, Digits], list[Refutation]], tuple[str, ...]] = {
+    _luenberger: ("(7)",), _luenberger_matrix: ("(7)",), _real_part_constant: ("(7)", "(8)"),
+    _imaginary_part_zero: ("(12)", "L(omega_hat)"), _stator_rate: ("(8)",), _imaginary_part_of_12: ("(12)",),
+    _baseline: ("(2)-(3)",),
+}
 
 
 def required_gains() -> dict[str, dict[str, Any]]:

@@ -198,3 +198,25 @@ def test_real_products_are_recognised():
     texts = [(f"{root.real:.2f}", f"{root.imag:.2f}") for root in roots]
     assert real_product((Pair("proposed", 60, *texts),))[0]
     assert not real_product(EIGENVALUES)[0]
+
+
+def test_the_entries_on_the_printed_poles_hold_every_refutation_and_notice_each_made_table():
+    """All forms against both columns stand in some entry; and a wrong proof in any one form turns its entry red."""
+    from imo_analysis.ledger.claims import printed_poles
+    from imo_analysis.pencils import table2_proofs
+
+    checks = [check for claim in printed_poles.CLAIMS for check in claim.checks if check.function is printed_poles.cannot]
+    covered = [(one.form, one.column, one.alphas) for check in checks for one in table2_proofs.refuted(None, check.arguments[0])
+               if one.form.startswith(check.arguments[1])]
+    whole = [(one.form, one.column, one.alphas) for one in table2_proofs.refutations()]
+    assert {*covered} == {*whole} and len(whole) == 32
+    used = {check.failing[2] for check in checks}
+    assert used <= {*printed_poles.MADE_BY} and len(used) >= 6
+    assert not printed_poles.cannot("(7)", "(9)")[0], "a form that there is not proves nothing"
+
+
+@pytest.mark.parametrize("ends", [("495.38999", "495.39390"), ("495.38999", "495.39500"), ("495.38800", "495.39399")])
+def test_a_range_that_is_too_short_or_too_long_is_not_the_constants(ends):
+    from imo_analysis.ledger.claims.printed_poles import ranges_from
+
+    assert ranges_from("a", "495.38999", "495.39399")[0] and not ranges_from("a", *ends)[0]

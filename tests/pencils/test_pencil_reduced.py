@@ -35,9 +35,9 @@ def test_the_polynomial_is_the_whole_ones_over_what_no_gain_moves(name: str, kin
                named["z_2"]: at[named["i_qs"]]}
     s = sp.Symbol("s")
     frame = next((value for symbol, value in at.items() if symbol.name == "stator_frequency"), 0)
-    left_out = sp.Poly((s**2 + frame**2) * (s if kind == "full" else 1), s) if "xi_1_tilde" in derived.states else sp.Poly(1, s)
+    left_out = sp.Poly((s**2 + frame**2) * (s if kind == "full" else 1) if "xi_1_tilde" in derived.states else 1, s)
     assert smaller.rows == n - left_out.degree()
-    assert whole.subs(at).charpoly(s).as_expr().expand() == (smaller.subs(at).charpoly(s).as_expr() * left_out.as_expr()).expand()
+    assert whole.subs(at).charpoly(s) == smaller.subs(at).charpoly(s) * left_out
 
 
 @pytest.mark.parametrize("name", FULL)

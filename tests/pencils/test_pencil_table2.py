@@ -1,7 +1,6 @@
 """Table II: the quadratic gives every printed digit, its ranges are certified, and the refutations can fail."""
 
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 import pytest
@@ -10,10 +9,9 @@ from imo_analysis.machine import preset
 from imo_analysis.pencils import table2_constants, table2_fit, table2_proofs
 from imo_analysis.pencils.interval import Interval, meet_all, square_root
 from imo_analysis.pencils.table2 import from_quadratic, printed, table2
-from imo_analysis.pencils.table2_fit import COLUMNS, PRINTED, SPEEDS, WITNESS, mismatches
+from imo_analysis.pencils.table2_fit import COLUMNS, PRINTED, SPEEDS, WITNESS, as_printed, mismatches
 
 RHO = float(table2_proofs.R_S / table2_proofs.SIGMA)
-ALPHA = float(table2_proofs.ALPHAS["printed"])
 
 
 def test_intervals_enclose() -> None:
@@ -128,26 +126,18 @@ def test_every_printed_form_is_refuted_for_both_columns() -> None:
         assert any(form.startswith(source) for form in forms), source
 
 
-def _as_printed(products: dict[int, complex], a: float) -> dict[int, Any]:
-    """A table that some quadratic s^2 + (a - j omega) s + product would print, to ten digits so that rounding hides nothing."""
-    table = {}
-    for omega, product in products.items():
-        pair = np.roots([1.0, a - 1j * omega, product])
-        pair = pair[np.argsort(pair.real)]
-        table[omega] = tuple((f"{root.real:.6f}", f"{root.imag:.6f}") for root in pair)
-    return table
-
-
-_A = RHO + 300.0
-_X = RHO + 160.0
+_A = table2_proofs.R_S / table2_proofs.SIGMA + 300
+_X = table2_proofs.R_S / table2_proofs.SIGMA + 160
+_RHO, _ALPHA = table2_proofs.R_S / table2_proofs.SIGMA, table2_proofs.ALPHAS["printed"]
 CASES = {
-    "(7) expanded, z feedback of (12)": ({w: 1j * 50 * w * (ALPHA - 1j * w) for w in SPEEDS}, _A),
-    "(8) expanded, z feedback of (12)": ({w: ALPHA * 100 + 50 * w * w + 0j for w in SPEEDS}, _A),
-    "(8) as a matrix equation, z feedback of (12)": ({w: ALPHA * 100 + 50 * w * w - 1j * w * RHO for w in SPEEDS}, _A),
-    "(7) as a matrix equation, z feedback of (12)": ({w: (ALPHA - 1j * w) * (RHO + 50j * w) for w in SPEEDS}, _A),
-    "(8) expanded": ({w: ALPHA * 100 - 1j * w for w in SPEEDS}, _A),
-    "(12) with its printed signs": ({w: 4e4 - 1j * _A * w for w in SPEEDS}, _A),
-    "(2)-(3) with any constant real 4x2 gain": ({w: (ALPHA - 1j * w) * (_X + 80j) for w in SPEEDS}, _X + 300.0),
+    "(7) expanded, z feedback of (12)": ({w: (50 * w * w, 50 * w * _ALPHA) for w in SPEEDS}, _A),
+    "(8) expanded, z feedback of (12)": ({w: (_ALPHA * 100 + 50 * w * w, 0) for w in SPEEDS}, _A),
+    "(8) as a matrix equation, z feedback of (12)": ({w: (_ALPHA * 100 + 50 * w * w, -w * _RHO) for w in SPEEDS}, _A),
+    "(7) as a matrix equation, z feedback of (12)": (
+        {w: (_ALPHA * _RHO + 50 * w * w, w * (50 * _ALPHA - _RHO)) for w in SPEEDS}, _A),
+    "(8) expanded": ({w: (_ALPHA * 100, -w) for w in SPEEDS}, _A),
+    "(12) with its printed signs": ({w: (40_000, -_A * w) for w in SPEEDS}, _A),
+    "(2)-(3) with any constant real 4x2 gain": ({w: (_ALPHA * _X + 80 * w, 80 * _ALPHA - w * _X) for w in SPEEDS}, _X + 300),
 }
 
 
@@ -155,15 +145,12 @@ CASES = {
 def test_a_table_made_with_a_form_is_not_refuted_for_that_form(form: str) -> None:
     """The argument can fail: fed with poles that the form does have, with Table III's parameters, it proves nothing."""
     products, a = CASES[form]
-    table = _as_printed(products, a)
-    caches = (table2_fit.product, table2_fit.sum_interval, table2_proofs.refutations)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(table2_fit, "PRINTED", {"proposed": table, "baseline": table})
-        for cached in caches:
-            cached.cache_clear()
-        verdicts = [r.proved for r in table2_proofs.refutations() if r.form == form and r.alphas != ("R_r/L_r",)]
-    for cached in caches:
-        cached.cache_clear()
+    table = as_printed(a, {w: (Fraction(re), Fraction(im)) for w, (re, im) in products.items()})
+    for w, (re, im) in products.items():  # the table holds what it was made of: its pairs' roots, by numpy
+        roots = np.roots([1.0, float(a) - 1j * w, complex(float(re), float(im))])
+        assert np.sort_complex([complex(*map(float, one)) for one in table["baseline"][w]]) == pytest.approx(
+            np.sort_complex(roots), abs=1e-6)
+    verdicts = [r.proved for r in table2_proofs.refuted(table) if r.form == form and r.alphas != ("R_r/L_r",)]
     assert verdicts and not any(verdicts), verdicts
 
 

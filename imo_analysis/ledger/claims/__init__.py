@@ -18,4 +18,5 @@ MODULES: tuple[str, ...] = (
     "noise",
     "supervisor",
     "scheduled",
+    "printed_poles",
 )

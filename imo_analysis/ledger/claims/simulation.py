@@ -197,8 +197,7 @@ CLAIMS: list[Claim] = [
         note="The columns differ in one factor omega_hat of one term: the 'baseline' has what a z loop with the plain "
         "gain k_2 = 50 "
         "would give, the 'proposed' one with k_2 omega_hat. No observer printed in the paper has this c together with "
-        "Table III; "
-        "imo poles has the proofs for the other readings.",
+        "Table III; the printed-poles entries have the proofs, form by form.",
         consequences=("similar-eigenvalues",),
     ),
     claim(

@@ -9,8 +9,10 @@ from typing import Any
 import numpy as np
 
 from imo_analysis.drawing import line
+from imo_analysis.ledger.claims.printed_poles import CLAIMS as PRINTED_POLES
 from imo_analysis.pencils.table2_fit import PRINTED
 from imo_analysis.report.atlas import Atlas, Unstable
+from imo_analysis.report.chapters.ledger import anchor
 from imo_analysis.report.page import Chapter, Html, answer, figure, formula, join, number, prose, table, tag
 from imo_analysis.report.pencils import PoleResult, moving
 from imo_analysis.report.words import typeset, unit
@@ -132,6 +134,8 @@ Every printed pair of eigenvalues sums to one constant plus $\mathrm{j}\hat{\ome
             + (f" {len(failed)} are not settled." if failed else "")
         ),
         tag("details", tag("summary", "Each printed form with its contradiction"), table(head, rows), class_="more"),
+        tag("p", "In the ledger, each with what would refute it: ", join(
+            (tag("a", typeset(one.title), href=f"#{anchor(one.id)}") for one in PRINTED_POLES), "; "), ".", class_="note"),
         *_questions(proofs["answers"]),
     ]
 
