@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import io
 import json
 import re
+from contextlib import redirect_stdout
 from functools import cache
 from pathlib import Path
 from typing import Any, ClassVar
@@ -16,12 +18,14 @@ from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective, SphinxRole
 from sphinx.util.parsing import nested_parse_to_nodes
 
+from imo_analysis.drawing import svg_text
 from imo_analysis.equations.catalogue import OBSERVERS
 from imo_analysis.errors import InputError
 from imo_analysis.ledger.expression import parse_relation
 from imo_analysis.ledger.latex import relation_latex
 from imo_analysis.machine import PRESETS
 from imo_analysis.notation import SYMBOLS
+from imo_analysis.svg import inside_page
 from imo_analysis.tuning.formulas import written
 from imo_analysis.tuning.rule import REGION
 from imo_manual import facts, formulas
@@ -282,6 +286,26 @@ class Replayed(_Page):
         return [table(head, rows, (4, 2, 2, 2, 2, 2))]
 
 
+class Drawn(_Page):
+    """``drawn``: the figure that the Python block before it leaves in ``figure``; its argument says what it shows."""
+
+    required_arguments = 1
+    final_argument_whitespace = True
+
+    def fill(self) -> list[nodes.Node]:
+        """The figure, its text as text, and the caption."""
+        source = Path(self.env.doc2path(self.env.current_document.docname)).read_text(encoding="utf-8").splitlines()
+        blocks = re.findall(r"^```python\n(.*?)^```$", "\n".join(source[:self.lineno]), re.DOTALL | re.MULTILINE)
+        names: dict[str, Any] = {}
+        with redirect_stdout(io.StringIO()):
+            exec(compile(blocks[-1], self.env.current_document.docname, "exec"), names)
+        svg = inside_page(svg_text(names["figure"]), f"drawn{self.lineno}", self.arguments[0])
+        whole = nodes.figure()
+        whole += nodes.raw("", f'<div class="drawn">{svg}</div>', format="html")
+        whole += nodes.caption("", self.arguments[0])
+        return [whole]
+
+
 class PyName(SphinxRole):
     """A name in single backticks in a docstring: a link where it is a name of the package, else code."""
 
@@ -306,7 +330,7 @@ def setup(app: Sphinx) -> None:
     for name, directive in (
         ("definition", Definition), ("observer", Observer), ("catalogue", Catalogue), ("notation", Notation),
         ("study-fields", StudyFields), ("commands", Commands), ("ledger-entries", Ledger), ("presets", Presets),
-        ("room", Room), ("chosen", Chosen), ("entry", Entries), ("gain-rule", GainRule), ("replayed", Replayed),
+        ("room", Room), ("chosen", Chosen), ("entry", Entries), ("gain-rule", GainRule), ("replayed", Replayed), ("drawn", Drawn),
     ):
         app.add_directive(name, directive)
     app.add_role("pyname", PyName())
