@@ -35,7 +35,17 @@ def check(identifier: str, answer: Any) -> None:
 
 
 def expected(guess: Any, value: float, unit: str = "") -> None:
-    """Lay a prediction beside what came out; a count (an int) is right or not. Without a prediction say what came out."""
+    """Lay a prediction beside what came out; a count (an int) is right or not. Without a prediction say what came out.
+
+    Parameters
+    ----------
+    guess : float or ...
+        The reader's; ``...`` where there is none.
+    value : float
+        What came out.
+    unit : str
+        Its unit, for the text.
+    """
     found = f"{value:.4g} {unit}".rstrip()
     if guess is Ellipsis:
         print(f"it is {found}; you made no prediction")
@@ -102,6 +112,11 @@ def _without_minus(tree: Expr) -> Expr | None:
 
 def entry(identifier: str) -> None:
     """Show an entry of the ledger: what is printed, what is right, and the verdict by two kernels.
+
+    Parameters
+    ----------
+    identifier : str
+        Such as ``eq12.i_qs``; `imo derive` lists them.
 
     Raises
     ------

@@ -21,14 +21,28 @@ Values = tuple[float, ...]
 
 
 def symbols(text: str) -> tuple[sympy.Symbol, ...]:
-    """Real symbols for names of the notation table."""
+    """Real symbols for names of the notation table.
+
+    Parameters
+    ----------
+    text : str
+        Names, parted by spaces.
+    """
     for name in text.split():
         symbol(name)
     return tuple(sympy.Symbol(name, real=True) for name in text.split())
 
 
 def show(words: str, *values: Any) -> None:
-    """A sentence and what it is about: typeset in a notebook, plain text in a script."""
+    """A sentence and what it is about: typeset in a notebook, plain text in a script.
+
+    Parameters
+    ----------
+    words : str
+        The sentence.
+    *values
+        What it is about: formulas of sympy, numbers, text.
+    """
     print(words)
     for value in values:
         if in_notebook() and isinstance(value, sympy.Basic):
@@ -108,7 +122,13 @@ class TurningFlux:
     frequency: float = 0.0
 
     def at(self, t: float) -> tuple[complex, complex, complex, complex]:
-        """Rotor flux in Wb, current in A, z in A and voltage in V as complex numbers at a time in s."""
+        """Rotor flux in Wb, current in A, z in A and voltage in V as complex numbers at a time in s.
+
+        Parameters
+        ----------
+        t : float
+            Time in s.
+        """
         m = self.machine
         phi, rate, bend = self._flux(t)
         decay = m.alpha - 1j * self.omega
@@ -168,7 +188,17 @@ def follow(rates: Callable[..., Any], start: Sequence[float], plant: TurningFlux
 
 
 def errors_at(plant: TurningFlux, t: float, x: Values) -> dict[str, float]:
-    """The errors (true minus estimate) of the state of an adaptive observer, by name."""
+    """The errors (true minus estimate) of the state of an adaptive observer, by name.
+
+    Parameters
+    ----------
+    plant : TurningFlux
+        The motion.
+    t : float
+        Time in s.
+    x : tuple of float
+        The state of the observer: i_ds_hat, i_qs_hat, z_1_hat, z_2_hat, xi_1_hat, xi_2_hat, alpha_hat, omega_hat.
+    """
     _, i, z, _ = plant.at(t)
     true = (i.real, i.imag, z.real, z.imag, z.real, z.imag, plant.machine.alpha, plant.omega)
     which = ("i_ds", "i_qs", "z_1", "z_2", "xi_1", "xi_2", "alpha", "omega")

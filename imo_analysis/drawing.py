@@ -92,7 +92,13 @@ def style() -> Iterator[None]:
 
 @contextmanager
 def sized(size: Size) -> Iterator[None]:
-    """Figures that are made and written in the block are for a page ``column`` (as anywhere else) or for a ``slide``."""
+    """Figures that are made and written in the block are for a page ``column`` (as anywhere else) or for a ``slide``.
+
+    Parameters
+    ----------
+    size : str
+        ``column`` or ``slide``.
+    """
     before = _size.set(size)
     try:
         yield
@@ -106,7 +112,13 @@ def points(size: float) -> float:
 
 
 def in_style(draw: Callable[P, T]) -> Callable[P, T]:
-    """Decorator: the project's settings hold while the function draws."""
+    """Decorator: the project's settings hold while the function draws.
+
+    Parameters
+    ----------
+    draw : callable
+        It may take and return anything.
+    """
 
     @functools.wraps(draw)
     def drawn(*args: P.args, **kwargs: P.kwargs) -> T:
@@ -120,6 +132,11 @@ def line(name_or_number: str | int) -> Line:
     """The line of an observer by name, or of a series by its number.
 
     The name is one that `named` gave a line, or that of a kind of observer; of any other it is some line, always the same.
+
+    Parameters
+    ----------
+    name_or_number : str or int
+        ``true``, ``plant`` and ``reference`` have lines of their own.
     """
     if isinstance(name_or_number, int):
         return LINES[name_or_number % len(LINES)]
@@ -189,7 +206,13 @@ def legend_above(axes: Axes, **kwargs: Any) -> None:
 
 
 def svg_text(figure: Figure) -> str:
-    """The figure as SVG text, the same bytes for the same data: no date, a fixed salt for the ids; a page brings its font."""
+    """The figure as SVG text, the same bytes for the same data: no date, a fixed salt for the ids; a page brings its font.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+        What is drawn.
+    """
     buffer = io.StringIO()
     with style():
         engine = figure.get_layout_engine()

@@ -161,7 +161,21 @@ LIMITS = (
 
 @dataclass(frozen=True)
 class Plant:
-    """What a modulation acts on: machine, kind and gains of the observer, mean flux (Wb), and the drive where there is one."""
+    """What a modulation acts on: machine, kind and gains of the observer, mean flux (Wb), and the drive where there is one.
+
+    Attributes
+    ----------
+    machine : InductionMachine
+        As it is.
+    kind : str
+        Of the observer, a name of the catalogue.
+    gains : mapping of str to float
+        The observer's.
+    flux : float
+        Mean rotor flux in Wb.
+    drive : Drive, optional
+        Its loops decide which flux follows; without one the flux is a cosine.
+    """
 
     machine: InductionMachine
     kind: str
@@ -170,7 +184,15 @@ class Plant:
     drive: Drive | None = None
 
     def shape(self, waveform: str, frequency: float) -> Shape:
-        """The swing of the flux that a reference makes."""
+        """The swing of the flux that a reference makes.
+
+        Parameters
+        ----------
+        waveform : str
+            One of `simulation.waveforms`.
+        frequency : float
+            In rad/s.
+        """
         return shape_of(waveform, frequency, self.drive, self.machine.alpha) if self.drive else COSINE
 
 

@@ -65,7 +65,13 @@ class Signals:
     _measured: tuple[str, str]
 
     def block(self, part: slice) -> Block:
-        """The signals of a slice of samples."""
+        """The signals of a slice of samples.
+
+        Parameters
+        ----------
+        part : slice
+            Of samples.
+        """
         beta = self.machine.beta
         i_ds, i_qs = (self._read(name, part) for name in self._measured)
         if self.observer == PLANT:
@@ -81,14 +87,36 @@ class Signals:
         return Block((i_ds, i_qs), (i_ds_hat, i_qs_hat), (z_1, z_2), (xi_1, xi_2), alpha, omega)
 
     def blocks(self, samples: int) -> Iterator[Block]:
-        """All signals, at most ``samples`` at a time."""
+        """All signals, at most ``samples`` at a time.
+
+        Parameters
+        ----------
+        samples : int
+            In a block.
+        """
         for begin in range(0, self.samples, samples):
             yield self.block(slice(begin, min(begin + samples, self.samples)))
 
 
 @dataclass(frozen=True)
 class Source:
-    """What can be read: a data set in memory or an open file."""
+    """What can be read: a data set in memory or an open file.
+
+    Attributes
+    ----------
+    name : str
+        What it is called in messages.
+    has : callable
+        Whether there is a signal: ``has(name)``.
+    read : callable
+        ``read(name, observer, part)`` gives a slice of samples.
+    size : int
+        Samples.
+    observers : tuple of str
+        Their names.
+    attributes : mapping
+        Those of the data set, with the study in them.
+    """
 
     name: str
     has: Callable[[str], bool]
@@ -138,6 +166,13 @@ def of_dataset(dataset: Any, machine: InductionMachine | None = None, name: str 
 def open_file(path: str | Path, machine: InductionMachine | None = None) -> Iterator[Source]:
     """A source over a run file (.nc), read slice by slice.
 
+    Parameters
+    ----------
+    path : str or Path
+        A run as `imo simulate` writes it; .csv and .parquet are read whole.
+    machine : InductionMachine, optional
+        In place of that of the study in the file.
+
     Raises
     ------
     InputError
@@ -185,6 +220,15 @@ def adaptive_observers(source: Source) -> list[str]:
 
 def select(source: Source, observer: str, values: str = "true") -> Signals:
     """The signals of one observer.
+
+    Parameters
+    ----------
+    source : Source
+        From `open_file` or `of_dataset`.
+    observer : str
+        Its name in the run, or ``plant`` for the motion itself.
+    values : str
+        Alpha and omega in B*: ``true`` or ``estimated``.
 
     Raises
     ------

@@ -57,7 +57,21 @@ class Mutant:
 
 @dataclass
 class MutantReport:
-    """What became of the mutants, kernel by kernel."""
+    """What became of the mutants, kernel by kernel.
+
+    Attributes
+    ----------
+    claims, tried : int
+        How many true formulas, and how many slips of them.
+    rejected : dict of str to int
+        How many each kernel rejected.
+    equivalent, missed : list of str
+        Slips that change nothing, and those that a kernel took for true.
+    certificates : int
+        How many of the rejected are inequalities not refuted at a point.
+    seconds : float
+        Time taken.
+    """
 
     claims: int = 0
     tried: int = 0
@@ -90,7 +104,15 @@ class MutantReport:
 
 
 def try_mutants(claims: Iterable[Claim], kernels: Sequence[str | Kernel]) -> MutantReport:
-    """Run every slip of every true formula through the kernels."""
+    """Run every slip of every true formula through the kernels.
+
+    Parameters
+    ----------
+    claims : iterable of Claim
+        Those whose formulas are varied.
+    kernels : sequence of str or Kernel
+        Each must reject every mutant that is not equal.
+    """
     start = time.perf_counter()
     true = [one.question for claim in claims if claim.mutate for one in plan(claim)[0]
             if one.role in ("printed", "corrected") and one.question.kind != "counterexample"]

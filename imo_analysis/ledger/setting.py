@@ -46,7 +46,13 @@ class Setting:
         object.__setattr__(self, "definitions", MappingProxyType(_ordered(self.name, dict(self.definitions))))
 
     def free(self, *relations: Relation) -> list[str]:
-        """The free variables under some relations, through the definitions, in order of appearance."""
+        """The free variables under some relations, through the definitions, in order of appearance.
+
+        Parameters
+        ----------
+        *relations : Relation
+            Where they are looked for.
+        """
         seen: dict[str, None] = {}
         done: set[str] = set()
 
@@ -65,7 +71,13 @@ class Setting:
         return list(seen)
 
     def used(self, *relations: Relation) -> list[str]:
-        """The defined names under some relations, in the order of their definition."""
+        """The defined names under some relations, in the order of their definition.
+
+        Parameters
+        ----------
+        *relations : Relation
+            Where they are looked for.
+        """
         wanted: set[str] = set()
 
         def visit(tree: Expr) -> None:
@@ -80,12 +92,23 @@ class Setting:
         return [name for name in self.definitions if name in wanted]
 
     def hypotheses_for(self, variables: Iterable[str]) -> list[Relation]:
-        """The hypotheses that speak of these free variables only."""
+        """The hypotheses that speak of these free variables only.
+
+        Parameters
+        ----------
+        variables : iterable of str
+            Free names.
+        """
         have = set(variables)
         return [one for one in self.hypotheses if set(self.free(one)) <= have]
 
     def values(self, point: Mapping[str, Fraction]) -> dict[str, Fraction]:
         """All values at a rational point: free names as given, defined names computed.
+
+        Parameters
+        ----------
+        point : mapping of str to Fraction
+            A value for each free name.
 
         Raises
         ------
@@ -98,7 +121,15 @@ class Setting:
     def extended(self, name: str, text: str = "", definitions: Mapping[str, Expr] | None = None,
                  hypotheses: Iterable[str] = (), cases: Iterable[Mapping[str, int | Fraction]] | None = None,
                  units: Mapping[str, str] | None = None) -> Setting:
-        """This setting with more definitions and hypotheses; new cases replace the old."""
+        """This setting with more definitions and hypotheses; new cases replace the old.
+
+        Parameters
+        ----------
+        name, text : str
+            Of the new setting; without a text it keeps this one's.
+        definitions, hypotheses, cases, units
+            As `setting` takes them, in addition.
+        """
         return setting(name, text or self.text, {**self.definitions, **(definitions or {})}, (*self.hypotheses, *hypotheses),
                        self.cases if cases is None else cases, {**self.units, **(units or {})})
 
@@ -144,7 +175,21 @@ class _Lazy(dict[str, Fraction]):
 
 def setting(name: str, text: str, definitions: Mapping[str, object] | None = None, hypotheses: Iterable[str | Relation] = (),
             cases: Iterable[Mapping[str, int | Fraction]] = ({},), units: Mapping[str, str] | None = None) -> Setting:
-    """A `Setting` from plain parts: definitions as trees or numbers, hypotheses as text, cases as numbers."""
+    """A `Setting` from plain parts: definitions as trees or numbers, hypotheses as text, cases as numbers.
+
+    Parameters
+    ----------
+    name, text : str
+        Its short name, and what it describes.
+    definitions : mapping of str to Expr or number
+        Names that stand for something.
+    hypotheses : iterable of str or Relation
+        Such as ``sigma > 0``.
+    cases : iterable of mapping of str to int or Fraction
+        Free names to replace, a case each.
+    units : mapping of str to str
+        Units of free names that are not in the notation table.
+    """
     return Setting(
         name, text,
         {key: as_expr(value) for key, value in (definitions or {}).items()},

@@ -69,6 +69,11 @@ def errors(observer: str = "consistent_12") -> Setting:
     difference) of i_ds, i_qs, z_1, z_2, xi_1, xi_2, and of alpha and omega, whose true rates are zero; ``phi_dr`` and
     ``phi_qr``. ``direction`` is +1 or -1, a case each. The alpha law is taken without its projection (`projection.layer`
     at or below zero); the projection has its own claims.
+
+    Parameters
+    ----------
+    observer : str
+        ``consistent_12``, ``printed_7``, ``printed_L`` or ``repaired``.
     """
     rates, words = _OBSERVERS[observer]
     gains = (GAINS[0], Name("kappa"), *GAINS[2:]) if observer == "repaired" else GAINS

@@ -15,7 +15,13 @@ MARKS = {Verdict.HOLDS: "+", Verdict.CORRECTED: "~", Verdict.FAILS: "x", Verdict
 
 
 def counts(entries: Sequence[Entry]) -> dict[str, int]:
-    """How many entries have each verdict."""
+    """How many entries have each verdict.
+
+    Parameters
+    ----------
+    entries : sequence of Entry
+        Settled or not.
+    """
     found = Counter(str(entry.verdict or "not settled") for entry in entries)
     return {str(verdict): found.pop(str(verdict), 0) for verdict in Verdict} | dict(found)
 
@@ -42,7 +48,15 @@ def summary(entries: Sequence[Entry]) -> str:
 
 
 def full(entry: Entry, width: int | None = None) -> str:
-    """One entry with everything that a reader needs to check it by hand."""
+    """One entry with everything that a reader needs to check it by hand.
+
+    Parameters
+    ----------
+    entry : Entry
+        Settled.
+    width : int, optional
+        Signs a line; that of the terminal, at most 120, if left out.
+    """
     width = width or min(120, shutil.get_terminal_size((100, 20)).columns)
     claim = entry.claim
     lines = [f"{MARKS[entry.verdict]} {claim.id}   {claim.item}   {claim.title}",

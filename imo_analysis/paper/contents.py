@@ -61,6 +61,11 @@ def item(identifier: str) -> Item:
 def row(identifier: str) -> Row:
     """The row ``item.row`` of that id, e.g. ``eq12.i_qs``.
 
+    Parameters
+    ----------
+    identifier : str
+        Item and row, with a dot between.
+
     Raises
     ------
     KeyError

@@ -24,7 +24,13 @@ def column_of(kind: str) -> str:
 
 
 def printed(column: str) -> np.ndarray:
-    """The printed eigenvalues of a column, shape (speed, 4), complex, each pair with its conjugate."""
+    """The printed eigenvalues of a column, shape (speed, 4), complex, each pair with its conjugate.
+
+    Parameters
+    ----------
+    column : str
+        ``baseline`` or ``proposed``.
+    """
     rows = []
     for omega in SPEEDS:
         pair = [complex(float(re), float(im)) for re, im in PRINTED[column][omega]]
@@ -45,6 +51,13 @@ def without_neutral(values: np.ndarray, count: int) -> np.ndarray:
     """The ``count`` poles farthest from zero in each row, sorted by real, then imaginary part.
 
     The adaptive observers have two poles at zero at every speed, which Table II does not list.
+
+    Parameters
+    ----------
+    values : ndarray
+        Complex, the poles along the last axis.
+    count : int
+        How many to keep.
     """
     order = np.argsort(-np.abs(values), axis=-1, kind="stable")[..., :count]
     return np.sort(np.take_along_axis(values, order, axis=-1), axis=-1)

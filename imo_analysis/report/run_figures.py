@@ -167,7 +167,19 @@ def _robust_limits(axes: Any, series: Sequence[NDArray[np.float64]], room: float
 
 @in_style
 def alpha_figure(run: xr.Dataset, true_alpha: float, marks: dict[str, float], observers: Sequence[str]) -> Figure:
-    """alpha_hat over time, the speed below it, with the true value and other values (``marks``) as lines."""
+    """alpha_hat over time, the speed below it, with the true value and other values (``marks``) as lines.
+
+    Parameters
+    ----------
+    run : xarray.Dataset
+        From `simulation.run.simulate`.
+    true_alpha : float
+        In 1/s.
+    marks : dict of str to float
+        Other values in 1/s, each with its label.
+    observers : sequence of str
+        Whose estimates are drawn.
+    """
     figure, (above, below) = new_figure(2, 1, height=4.0, sharex=True, gridspec_kw={"height_ratios": [2, 1]})
     above.axhline(true_alpha, color=TRUTH.color, linewidth=1.0)
     end = float(run["time"].values[-1])

@@ -22,6 +22,13 @@ if TYPE_CHECKING:
 def front_data(study: Study, results: Sequence[Tuned]) -> xr.Dataset:
     """Every set of gains of a tuning that was judged, one a point.
 
+    Parameters
+    ----------
+    study : Study
+        What was tuned.
+    results : sequence of Tuned
+        From `tune.tune`, one an observer.
+
     Returns
     -------
     xarray.Dataset

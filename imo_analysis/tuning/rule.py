@@ -127,6 +127,17 @@ def rule_gains(machine: InductionMachine, kind: str, flux: float, times: Times) 
 
     alpha_l and delta of the projection (10) are half and a tenth of the believed alpha; a supervisor forgets in 1 s and opens
     at a flux that swings by 6 % of itself within 1 / alpha.
+
+    Parameters
+    ----------
+    machine : InductionMachine
+        As the observer believes it.
+    kind : str
+        Of the observer, a name of the catalogue.
+    flux : float
+        Rotor flux in Wb.
+    times : Times
+        How fast its loops are to be.
     """
     if not (math.isfinite(flux) and flux > 0):
         raise InputError(f"flux = {flux:g} Wb must be above 0 Wb to choose gains")

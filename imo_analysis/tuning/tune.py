@@ -181,7 +181,15 @@ def _settles(study: Study, name: str, wish: Wish, signs: tuple[float, ...], one:
 
 
 def with_gains(study: Study, results: Sequence[Tuned]) -> Study:
-    """The study with the chosen gains, to six digits."""
+    """The study with the chosen gains, to six digits.
+
+    Parameters
+    ----------
+    study : Study
+        What was tuned.
+    results : sequence of Tuned
+        From `tune`, one an observer.
+    """
     data = {**study.data, "observers": {**study.data["observers"]}}
     for one in results:
         order = [*study.observers[one.name].gains, *one.chosen.gains]
@@ -192,6 +200,15 @@ def with_gains(study: Study, results: Sequence[Tuned]) -> Study:
 
 def over_speed(study: Study, results: Sequence[Tuned], speeds: int = 41) -> xr.Dataset:
     """Settling time and noise over the range of speeds, both directions, idle and at right parameters, before and after.
+
+    Parameters
+    ----------
+    study : Study
+        What was tuned.
+    results : sequence of Tuned
+        From `tune`, one an observer.
+    speeds : int
+        How many in each direction.
 
     Returns
     -------

@@ -1,17 +1,19 @@
 """Everything public is documented: names, arguments, symbols, fields of a study, options; and each check can fail."""
 
 import ast
+import copy
 import re
 from functools import cache
 
 import pytest
-from documents import MANUAL
+from documents import MANUAL, blocks, pages
 from imo_manual import facts
 from imo_manual.docstrings import target
 from imo_manual.names import Module, Public, documented, modules, read_module, sections
 
 from imo_analysis import notation
 from imo_analysis.errors import InputError
+from imo_analysis.notebooks import sources
 from imo_analysis.study_tables import Seconds, Table
 
 MODULES = modules()
@@ -47,20 +49,38 @@ def chosen() -> list[str]:
 
 
 def unexplained(one: Public) -> list[str]:
-    """Arguments that the docstring's Parameters or Attributes leave out."""
+    """Arguments that the docstring's Parameters or Attributes leave out, with a type or without."""
     known = documented(one.doc)
     return [f"{one.full}({argument.name})" for argument in one.arguments if argument.name not in known]
 
 
-def unnamed(module: Module) -> list[str]:
-    """Arguments of inner functions that neither a docstring (own, of class, module, room), nor notation, nor type explains."""
+def unnamed(module: Module, typed: bool = True) -> list[str]:
+    """Arguments that neither a docstring (own, of class, module, room) names nor the notation has, nor, if ``typed``, a type says."""
     found = []
     for public in module.public:
         for one in (public, *public.members):
             words = set(re.findall(r"\w+", f"{_room_doc(module)} {module.doc} {public.doc} {one.doc}"))
             found += [f"{one.full}({argument.name})" for argument in one.arguments
-                      if not argument.annotation and argument.name not in words and not _symbol(argument.name)]
+                      if not (typed and argument.annotation) and argument.name not in words and not _symbol(argument.name)]
     return found
+
+
+def definitions() -> list[Module]:
+    """The modules of `imo_analysis.equations`, which are public as a whole."""
+    return [module for module in MODULES if module.name.startswith("imo_analysis.equations")]
+
+
+def imported(source: str) -> set[str]:
+    """Full names that a script takes out of modules of this package."""
+    return {f"{node.module}.{one.name}" for node in ast.walk(ast.parse(source)) if isinstance(node, ast.ImportFrom)
+            and (node.module or "").partition(".")[0] == "imo_analysis" for one in node.names}
+
+
+def inner(source: str) -> list[str]:
+    """Functions and classes that a script for readers uses, and that the manual does not offer."""
+    known = {one.full for module in MODULES for one in module.public if ".exercises." not in module.name}
+    public = {*chosen(), *(one.full for module in definitions() for one in module.public)}
+    return sorted(imported(source) & known - public)
 
 
 def _room_doc(module: Module) -> str:
@@ -83,16 +103,60 @@ def _symbol(name: str) -> bool:
             name = base
 
 
-def test_every_argument_of_what_is_offered_is_explained() -> None:
+def offered() -> list[Public]:
     names = {one.full: one for module in MODULES for one in module.public}
-    offered = chosen()
-    assert len(offered) > 40 and len(set(offered)) == len(offered)
-    faults = [fault for name in offered for one in (names[name], *names[name].members) for fault in unexplained(one)]
-    assert not faults
+    return [one for name in chosen() for one in (names[name], *names[name].members)]
 
 
-def test_every_other_argument_has_a_meaning() -> None:
+def test_every_argument_of_what_is_offered_is_explained() -> None:
+    assert len(chosen()) > 100 and len(set(chosen())) == len(chosen())
+    assert not [fault for one in offered() for fault in unexplained(one)]
+
+
+def test_every_argument_of_a_definition_is_explained() -> None:
+    assert len(definitions()) > 15
+    assert not [fault for module in definitions() for fault in unnamed(module, typed=False)]
+
+
+def test_a_new_argument_of_a_definition_is_found() -> None:
+    module = planted("x, name: str", "x, wish: float, name: str")
+    assert unnamed(module, typed=False) == ["imo_analysis.planted.gain(wish)"] and not unnamed(module)
+
+
+def test_every_other_argument_has_a_meaning_or_a_type() -> None:
     assert not [fault for module in MODULES for fault in unnamed(module)]
+
+
+def test_what_readers_are_shown_is_offered() -> None:
+    """README, manual and lessons use public names only."""
+    scripts = [block.text for page in pages() for block in blocks(page.read_text(encoding="utf-8")) if block.kind == "python"]
+    scripts += [path.read_text(encoding="utf-8") for path in sources("course")]
+    assert len(scripts) > 20 and len(set().union(*map(imported, scripts))) > 60
+    assert not [fault for script in scripts for fault in inner(script)]
+
+
+def test_a_new_argument_of_what_is_offered_is_found() -> None:
+    """Written into the very source of each: a name without a word about it, with a type and a default."""
+    for name in chosen():
+        module, _, short = name.rpartition(".")
+        tree = next(one.tree for one in MODULES if one.name == module)
+        node = copy.deepcopy(next(one for one in tree.body if getattr(one, "name", "") == short))
+        wish = ast.parse("def f(*, wish: float = 0.0): ...").body[0].args  # type: ignore[attr-defined]
+        if isinstance(node, ast.FunctionDef):
+            node.args.kwonlyargs += wish.kwonlyargs
+            node.args.kw_defaults += wish.kw_defaults
+        elif made := [one for one in node.body if getattr(one, "name", "") == "__init__"]:  # type: ignore[attr-defined]
+            made[0].args.kwonlyargs += wish.kwonlyargs
+            made[0].args.kw_defaults += wish.kw_defaults
+        else:
+            node.body.append(ast.parse("wish: float = 0.0").body[0])  # type: ignore[attr-defined]
+        changed = read_module(ast.unparse(node), module).public[0]
+        assert unexplained(changed) == [f"{name}(wish)"]
+
+
+def test_an_inner_name_in_an_example_is_found() -> None:
+    assert inner("from imo_analysis.report.metrics import resting") == ["imo_analysis.report.metrics.resting"]
+    assert not inner("from imo_analysis.study import Study\nfrom imo_analysis.equations.plant import plant\nimport numpy")
 
 
 # Symbols --------------------------------------------------------------------------------------------------------------
@@ -266,6 +330,7 @@ def test_a_planted_fault_is_found(check, old: str, new: str, fault: str) -> None
 
 @pytest.mark.parametrize(("old", "new", "fault"), [
     ("k_1, x : float", "k_1 : float", "imo_analysis.planted.gain(x)"),
+    ("name: str)", "name: str, wish: float = 0.0)", "imo_analysis.planted.gain(wish)"),
     ("name : str\n        Whose.", "whose : str\n        Whose.", "imo_analysis.planted.gain(name)"),
     ("    g : float", "    h : float", "imo_analysis.planted.Law(g)"),
 ])

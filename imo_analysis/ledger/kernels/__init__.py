@@ -11,6 +11,11 @@ NAMES = ("sympy", "flint", "coq")
 def kernel(name: str) -> Kernel:
     """A kernel by name, imported only now.
 
+    Parameters
+    ----------
+    name : str
+        ``sympy``, ``flint`` or ``coq``.
+
     Raises
     ------
     InputError
