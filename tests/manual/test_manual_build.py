@@ -295,15 +295,15 @@ def test_a_formula_that_is_too_wide_scrolls_beside_its_number(chromium: Any, fol
     right = page.eval_on_selector_all(".formula .number", "all => all.map(e => e.getBoundingClientRect().right)")
     assert len(right) > 10 and max(right) <= 380
     wide = page.eval_on_selector_all(".formula .scrolled", """all => all.filter(e => e.scrollWidth > e.clientWidth).map(
-        e => [getComputedStyle(e).overflowX, getComputedStyle(e).backgroundImage.split("linear-gradient").length - 1, e.tabIndex])""")
-    assert wide and all(one == ["auto", 4, 0] for one in wide), "its edge is dark, and the keyboard reaches it"
+        e => [getComputedStyle(e).overflowX, getComputedStyle(e).backgroundImage.includes("gradient"), e.tabIndex])""")
+    assert wide and all(one == ["auto", True, 0] for one in wide), "its edge is dark, and the keyboard reaches it"
 
 
 @pytest.mark.parametrize("name", ["notation", "observers", "study"])
 def test_sentences_in_tables_have_room(chromium: Any, folder: Path, name: str) -> None:
     """The column of what a thing means is wider than any of single words."""
     page = opened(chromium, folder / "reference" / f"{name}.html")
-    tables = page.eval_on_selector_all("table.wide", """all => all.map(t => [...t.querySelectorAll("tbody tr:first-child td")].map(
+    tables = page.eval_on_selector_all("table.wide", """all => all.map(t => [...t.querySelectorAll("tr:first-child td")].map(
         e => [e.classList.contains("said"), e.getBoundingClientRect().width]))""")
     assert tables
     for cells in tables:

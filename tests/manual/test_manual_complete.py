@@ -55,7 +55,7 @@ def unexplained(one: Public) -> list[str]:
 
 
 def unnamed(module: Module, typed: bool = True) -> list[str]:
-    """Arguments that neither a docstring (own, of class, module, room) names nor the notation has, nor, if ``typed``, a type says."""
+    """Arguments that no docstring (own, of class, module, room) names and that are no symbols; nor, if ``typed``, have a type."""
     found = []
     for public in module.public:
         for one in (public, *public.members):

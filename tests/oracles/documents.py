@@ -5,13 +5,18 @@ What the fences mean:
 - ``console``: lines ``$ imo ...`` with what they print below them, ``...`` standing for any lines; ``$ echo $?`` shows the exit
   code of the command before, which is 0 where it is not shown. A block without output is run all the same.
 - ``toml``: a file, whose first line has its name, ``# motor.toml``; without a name, a part of a study, merged over the paper's.
+  Both are read as the program reads them; a file that it refuses must be shown to be refused.
 - ``python``: run, all blocks of a page in one namespace; a ``text`` block that follows is what it prints.
 - ``sh``: lines to type, run without a look at what they print; what cannot be run in place is in `SETUP`, with where it is.
 - ``math`` and directives in braces belong to Sphinx. Any other fence is a fault, so that no block goes unchecked.
+
+A command in running text, in backticks, is not run, but read by its own parser; files that it reads are there by then, and
+a program other than ``imo`` is in `SETUP`.
 """
 
 from __future__ import annotations
 
+import argparse
 import contextlib
 import io
 import re
@@ -23,7 +28,10 @@ from pathlib import Path
 from typing import Any
 
 from imo_analysis import cli
+from imo_analysis.errors import InputError
+from imo_analysis.ledger.book import claims
 from imo_analysis.study import Study, merged
+from imo_analysis.tuning.start import study_of
 
 TOP = Path(__file__).resolve().parents[2]
 MANUAL = TOP / "manual"
@@ -101,7 +109,9 @@ def execute(text: str, check: Callable[[str, list[str], str], None]) -> int:
                     check(command, expected, printed)
             assert code == 0, f"line {block.line}: the last command ends with exit code {code}"
         elif block.kind == "toml":
-            _toml(block)
+            shown = [line for line in text.splitlines() if line.startswith("imo: ")]
+            if (fault := _toml(block)) and not any(matches([line], f"{fault}\n") for line in shown):
+                raise InputError(f"line {block.line}: {fault}, and the page does not show that")
         elif block.kind == "python":
             output = io.StringIO()
             with contextlib.redirect_stdout(output):
@@ -119,13 +129,28 @@ def execute(text: str, check: Callable[[str, list[str], str], None]) -> int:
     return done
 
 
-def _toml(block: Block) -> None:
+def _toml(block: Block) -> str:
+    """Write the file, if it has a name, and read what is in the block; what the program says against it, if anything."""
     named = _NAMED.match(block.text)
     data = tomllib.loads(block.text)
-    if named:
-        Path(named[1]).write_text(block.text, encoding="utf-8")
-    elif "nameplate" not in data:
+    place = Path(named[1] if named else "block.toml")
+    if not named and "nameplate" not in data:
         Study.from_data(merged(Study.paper().data, data))
+        return ""
+    place.write_text(block.text, encoding="utf-8")
+    try:
+        if data.keys() & set(Study.model_fields) - {"machine", "replay"}:
+            Study.load(str(place))
+        else:  # a machine file
+            study_of(str(place))
+    except InputError as error:
+        if not named:
+            raise
+        return f"imo: {error}"
+    finally:
+        if not named:
+            place.unlink()
+    return ""
 
 
 def _set_up(block: Block) -> None:
@@ -149,11 +174,103 @@ SETUP = {
     "imo report mine.toml --out dossier": ("manual/tutorial.md", "$ imo report study.toml --out dossier"),
     # an hour of duty takes half a minute; the test runs a minute of it
     "imo simulate hour.toml --out duty.nc": ("tests/excitation/test_duty.py", "run = simulate(mixed_duty(Study.paper(), 80.0"),
-    "pip install '.[docs]'": ("pyproject.toml", "[notebooks,sweep,parquet,docs]"),
+    "pip install '.[docs]'": ("tests/manual/test_manual_pages.py", "def test_the_extra_docs_has_what_the_manual_is_built_with"),
     "sphinx-build -W --keep-going -n manual manual-html": ("tests/manual/test_manual_build.py", '"-W", "--keep-going", "-n"'),
+    "sphinx-build manual manual-html": ("tests/manual/test_manual_build.py", 'str(source),'),
+    "python -m benchmarks": ("tests/sweeps/test_contenders.py", "from benchmarks.__main__ import"),
 }
 
+# file that a page takes from another -> the page that has it
+ELSEWHERE = {"motor.toml": "manual/tutorial.md"}
+_FILE = re.compile(r"[\w./-]+\.(?:toml|nc|csv|parquet|json|svg)")
+_WRITTEN = ("out", "plot", "map", "json", "init", "duty")  # options whose files a command writes
+_NO_COMMAND = ("is off", "is lost", 'with sized("slide")', "x_tilde_dot = ...")  # verdicts of a run, and Python
 
-def inline_commands(text: str) -> Iterator[str]:
-    """Commands in running text: `imo ...` in backticks."""
-    yield from re.findall(r"(?<!`)`(imo [^`]+)`", prose(text))
+
+def inline_commands(text: str) -> list[str]:
+    """Commands in running text: two words and more in backticks, of which the first could be a program's name."""
+    spans = re.finditer(r"``[^`]+``|(?P<role>\{[\w-]+\})?`(?P<said>[^`]+)`", prose(text))
+    found = [" ".join(span["said"].split()) for span in spans if span["said"] and not span["role"]]
+    return [one for one in found if re.match(r"[a-z][a-z0-9_-]* ", one) and one not in _NO_COMMAND]
+
+
+def inline_faults(text: str) -> list[str]:
+    """What is wrong with the commands in the running text of a page."""
+    faults: list[str] = []
+    there = {"imo-report", *ELSEWHERE}
+    for line in _commands(text):
+        command, inline = line
+        program, *words = shlex.split(command)
+        if program != "imo":
+            faults += [f"{command}: no such program in SETUP"] if inline and command not in SETUP else []
+            continue
+        if not words or words[0] in ("COMMAND", "--help", "--version"):
+            continue
+        if words[0] not in cli.COMMANDS:
+            faults.append(f"{command}: no such command")
+            continue
+        if not words[1:] or "--help" in words:
+            continue
+        try:
+            args = _parsed(words)
+        except InputError as error:
+            faults += [f"{command}: {error}"] if inline else []
+            continue
+        reads, writes = _files(args)
+        if inline:
+            faults += [f"{command}: nothing before it makes {name}" for name in sorted(reads - there)]
+            faults += _unknown(command, args)
+        there |= writes
+    return faults
+
+
+def _commands(text: str) -> Iterator[tuple[str, bool]]:
+    """All commands of a page in their order, and whether each stands in running text; a file in a block counts as written."""
+    position = 0
+    for block in [*_FENCE.finditer(text), None]:
+        end = block.start() if block else len(text)
+        yield from ((one, True) for one in inline_commands(text[position:end]))
+        if block is None:
+            return
+        position, body = block.end(), block["body"]
+        if block["kind"] == "toml" and (named := _NAMED.match(body)):
+            yield f"imo study --init {named[1]}", False
+        elif block["kind"] == "console":
+            yield from ((one, False) for one, _ in consoles(body) if one.startswith("imo "))
+        elif block["kind"] == "sh":
+            parts = [part.split("#")[0].strip() for line in body.splitlines() for part in line.split("&&")]
+            yield from ((one, False) for one in parts if one.startswith("imo "))
+
+
+def _parsed(words: list[str]) -> argparse.Namespace:
+    """The arguments of a command; an option that ends it may stand for itself, without its value."""
+    parser = cli.parser_of(words[0])
+    try:
+        return parser.parse_args(cli._joined(words[1:]))
+    except InputError as error:
+        if words[-1].startswith("--") and "expected" in str(error):
+            return parser.parse_args([*cli._joined(words[1:]), "VALUE"])
+        raise
+
+
+def _files(args: argparse.Namespace) -> tuple[set[str], set[str]]:
+    """Files that a command reads, and those that it writes."""
+    reads: set[str] = set()
+    writes: set[str] = set()
+    for name, value in vars(args).items():
+        found = {one for one in (value if isinstance(value, list) else [value])
+                 if isinstance(one, str) and (_FILE.fullmatch(one) and one[0].islower())}
+        (writes if name in _WRITTEN else reads).update(found)
+    return reads, writes
+
+
+def _unknown(command: str, args: argparse.Namespace) -> list[str]:
+    """Entries of the ledger and scenarios of the paper's study that a command names and that are not there."""
+    faults = []
+    for one in getattr(args, "ids", None) or []:
+        if not one.isupper() and not any(claim.id.startswith(one) for claim in claims()):
+            faults.append(f"{command}: the ledger has no {one}")
+    scenario = getattr(args, "scenario", None)
+    if scenario and not scenario.isupper() and scenario not in Study.paper().scenarios:
+        faults.append(f"{command}: the study has no scenario {scenario}")
+    return faults
