@@ -31,16 +31,24 @@ class InductionMachine(BaseModel):
     ----------
     n_p : int
         Pole pairs, at least 1.
-    R_s, R_r : float
-        Stator and rotor resistance in ohm.
-    L_m, L_s, L_r : float
-        Mutual, stator and rotor inductance in H, with L_m^2 < L_s L_r.
+    R_s : float
+        Stator resistance in ohm.
+    R_r : float
+        Rotor resistance in ohm, referred to the stator.
+    L_m : float
+        Mutual inductance in H, with L_m^2 < L_s L_r.
+    L_s : float
+        Stator inductance in H: mutual and leakage.
+    L_r : float
+        Rotor inductance in H, referred to the stator: mutual and leakage.
     J : float
         Inertia of rotor and load in kg m^2.
     B : float
         Viscous friction in N m s.
-    name, source : str
-        What it is and where its numbers come from.
+    name : str
+        What it is.
+    source : str
+        Where its numbers come from.
 
     Raises
     ------

@@ -69,8 +69,10 @@ class Mechanics(Table):
         Speed in rad/s, electrical, at which 71 % of it acts: it is smoothed about standstill.
     load_share : float
         Share of J, below 1, that sits behind the shaft; 0 makes the shaft stiff.
-    stiffness, damping : float
-        Of the shaft, in N m (per rad of twist) and N m s. The load torque then acts behind it.
+    stiffness : float
+        Of the shaft in N m (per rad of twist). The load torque then acts behind it.
+    damping : float
+        Of the shaft's twist in N m s.
     """
 
     coulomb: Torque = Field(default=0.0, ge=0)
@@ -101,8 +103,10 @@ class Saturation(Table):
         Stator flux in Wb at which half of L_s is left; 0 leaves saturation out.
     power : int
         How sharp the knee is.
-    flux, current : tuple of float
-        A measured curve in place of both, Wb and A, magnitudes: the two numbers are fitted to it.
+    flux : tuple of float
+        A measured curve in place of both numbers, which are fitted to it: magnitudes of the stator flux in Wb.
+    current : tuple of float
+        The magnitude of the current in A at each ``flux`` of that curve.
     """
 
     knee: Flux = Field(default=0.0, ge=0)

@@ -23,8 +23,10 @@ class Sweep(Table):
     believe : str
         ``nominal``: the observers believe the study's machine, however the real one differs; ``own``: each observer knows the
         machine that it is connected to. Their own ``errors`` come on top.
-    start, stop : float
-        The errors are taken between these times in s; to the end where ``stop`` is left out.
+    start : float
+        From this time in s on the errors are taken.
+    stop : float
+        Until this time in s; to the end of the run where it is left out.
     band : float
         A speed error of no more than this, in rad/s, counts as none.
     hold : float

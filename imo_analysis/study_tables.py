@@ -127,8 +127,10 @@ class Load(Table):
 
     Attributes
     ----------
-    shape, time : str, tuple of float
-        As in ``[reference]``.
+    shape : str
+        ``steps`` or ``linear``, as in ``[reference]``.
+    time : tuple of float
+        In s, from 0 on, rising, as in ``[reference]``.
     T_l : tuple of float
         Load torque at each time in N m.
     """
@@ -150,16 +152,24 @@ class Drive(Table):
     ----------
     flux : float
         Reference of the rotor flux magnitude in Wb.
-    current_bandwidth, flux_bandwidth, speed_bandwidth : float
-        Closed-loop bandwidths in rad/s.
-    voltage_limit, current_limit : float
-        Largest magnitude of the voltage (V) and of the current reference (A), both as phase peak values.
+    current_bandwidth : float
+        Closed-loop bandwidth of the currents in rad/s.
+    flux_bandwidth : float
+        Closed-loop bandwidth of the rotor flux in rad/s.
+    speed_bandwidth : float
+        Closed-loop bandwidth of the speed in rad/s.
+    voltage_limit : float
+        Largest magnitude of the voltage in V, phase peak value.
+    current_limit : float
+        Largest magnitude of the current reference in A, phase peak value.
     feedback : str
         ``measured``: true speed, flux from the drive's own model; or the name of an observer: its speed and flux.
     errors : dict of str to float
         Relative errors of the machine parameters that the drive believes: 0.1 for 1.1 times the machine's value.
-    flux_modulation, flux_modulation_frequency : float
-        Modulation of the flux reference: amplitude in Wb and frequency in rad/s. Off by default.
+    flux_modulation : float
+        Amplitude of the modulation of the flux reference in Wb; 0 for none.
+    flux_modulation_frequency : float
+        Its frequency in rad/s.
     flux_waveform : str
         ``sine``, ``triangle``, ``square``, or ``two_tone``: equal sines at the frequency and at three times it.
     flux_modulation_off : tuple of two floats
@@ -209,8 +219,10 @@ class Sensors(Table):
         sample; ``sampled``: they see the sample, held.
     current_noise : float
         Standard deviation of the noise of each current in A, one draw a sample.
-    current_offset, current_gain : tuple of two floats
-        Offset in A, and gain (1 is right), of the d and the q current.
+    current_offset : tuple of two floats
+        Offset of the d and the q current in A.
+    current_gain : tuple of two floats
+        Gain of the d and the q current; 1 is right.
     current_resolution : float
         Step in A to which each current is rounded, last of all; 0 for none.
     """
@@ -328,8 +340,10 @@ class Sweep(Table):
 
     Attributes
     ----------
-    start, stop : float
-        The first and the last speed in rad/s.
+    start : float
+        The first speed in rad/s.
+    stop : float
+        The last speed in rad/s.
     count : int
         How many.
     """
@@ -367,10 +381,14 @@ class Window(Table):
 
     Attributes
     ----------
-    title, caption : str
-        Of the figure.
-    start, stop : float
-        From when to when, in s.
+    title : str
+        Heading of the figure.
+    caption : str
+        What is said below the figure.
+    start : float
+        Where the window begins, in s.
+    stop : float
+        Where it ends, in s.
     """
 
     title: str = "window"
@@ -392,18 +410,26 @@ class Replay(Table):
     ----------
     observers : tuple of str
         Observers to run.
-    columns, units : dict
-        What a column is called in the log, and its unit there, where their names do not tell.
+    columns : dict
+        What a column is called in the log, where its name does not tell.
+    units : dict
+        The unit of a column in the log, where its name does not tell.
     rate : float, optional
         Samples a second in Hz, in place of the time column.
-    voltage, current, direction : str
-        What samples stand for, and where the direction of rotation comes from: `imo_analysis.replay.estimate.Treatment`.
+    voltage : str
+        What a sample of the voltage stands for: `imo_analysis.replay.estimate.Treatment`.
+    current : str
+        What a sample of the current stands for: the same place.
+    direction : str
+        Where the direction of rotation comes from: the same place.
     gaps : str
         ``stop`` where samples are missing, or ``bridge`` them by straight lines.
     bandwidth : float, optional
         Of the speed loop in rad/s, from which gains follow.
-    gains, initial : dict of str to float
-        In place of what the rule gives.
+    gains : dict of str to float
+        Gains in place of those that the rule gives.
+    initial : dict of str to float
+        Estimates to begin with, in place of those that are chosen.
     """
 
     observers: tuple[str, ...] = ("repaired",)

@@ -55,7 +55,7 @@ def unexplained(one: Public) -> list[str]:
 
 
 def unnamed(module: Module, typed: bool = True) -> list[str]:
-    """Arguments that no docstring (own, of class, module, room) names and that are no symbols; nor, if ``typed``, have a type."""
+    """Arguments that are no symbols and no docstring (own, of class, module, room) names; nor, if ``typed``, have a type."""
     found = []
     for public in module.public:
         for one in (public, *public.members):
@@ -253,6 +253,16 @@ def test_every_field_of_a_study_has_unit_default_and_meaning() -> None:
     assert not silent(tables)
 
 
+def alike(tables: list[facts.StudyTable]) -> list[str]:
+    """Fields of a table that share a text, so that no reader knows which of them it is about."""
+    texts = [(field.table, field.meaning) for table in tables for field in table.fields]
+    return [f"{table}: {meaning}" for table, meaning in sorted(set(texts)) if texts.count((table, meaning)) > 1]
+
+
+def test_every_field_has_a_text_of_its_own() -> None:
+    assert alike(facts.study_tables()) == []
+
+
 def test_the_two_keys_that_are_no_parameters_work(tmp_path) -> None:
     from imo_analysis.study import Study
 
@@ -359,6 +369,22 @@ def test_a_planted_field_is_found() -> None:
     tables = [one for one in facts.study_tables(Planted) if one.heading == "[inner]"]
     assert [field.unit for field in tables[0].fields] == ["s", ""]
     assert silent(tables) == ["[inner] width"]
+
+
+def test_a_planted_text_for_two_fields_is_found() -> None:
+    class Planted(Table):
+        """A study.
+
+        Attributes
+        ----------
+        length, width : float
+            In s.
+        """
+
+        length: Seconds = 1.0
+        width: Seconds = 2.0
+
+    assert alike(facts.study_tables(Planted)) == [": In s."]
 
 
 def test_a_planted_option_is_found(monkeypatch: pytest.MonkeyPatch) -> None:

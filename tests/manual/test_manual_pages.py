@@ -42,7 +42,7 @@ def test_commands_in_the_text_would_run(page: Path) -> None:
     ("README.md", "`pip install '.[docs]'`", "`pip install '.[manual]'`", "no such program in SETUP"),
     ("README.md", "`imo derive scheduled`", "`imo derive sheduled`", "the ledger has no sheduled"),
     ("README.md", "`imo simulate --scenario real`", "`imo simulate --scenario reall`", "no scenario reall"),
-    ("README.md", "`imo notebook --course --out lessons`", "`imo notebook --course --derivations --out lessons`", "not allowed"),
+    ("README.md", "`imo notebook --course --out lessons`", "`imo notebook --course --derivations --out x`", "not allowed"),
     ("README.md", "`imo study --init study.toml --machine motor.toml`", "`imo study --init study.toml --machine moter.toml`",
      "nothing before it makes moter.toml"),
     ("manual/tutorial.md", "`imo tune study.toml --out tuned.toml`", "`imo tune nostudy.toml --out tuned.toml`",
@@ -101,7 +101,7 @@ def named(requirement: str) -> str:
 
 
 def missing_for_the_manual(extra: list[str]) -> set[str]:
-    """What conf.py names and the extra lacks: extensions and theme, which it must ask for, and styles, which a member may bring."""
+    """What conf.py names and the extra lacks: extensions, theme, and styles, which a member of the extra may bring."""
     settings = runpy.run_path(str(MANUAL / "conf.py"))
     packages = metadata.packages_distributions()
     modules = {"sphinx", settings["html_theme"], *(one for one in settings["extensions"] if not (MANUAL / one).exists())}
