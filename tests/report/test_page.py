@@ -8,9 +8,10 @@ import pytest
 import xarray as xr
 
 from imo_analysis.drawing import svg_text
+from imo_analysis.report.breaking import LINE, broken, width
 from imo_analysis.report.growth import lyapunov_along
 from imo_analysis.report.metrics import resting, step_responses
-from imo_analysis.report.page import Chapter, Html, inline, number, page, prose, table, tag
+from imo_analysis.report.page import Chapter, Html, formula, inline, number, page, prose, table, tag
 from imo_analysis.report.run_figures import alpha_figure, flux_error_figure, speed_figure, thinned
 from imo_analysis.study import Study
 
@@ -46,9 +47,45 @@ def test_prose_reads_code_and_formulas() -> None:
     assert inline("a < b") == "a &lt; b"
 
 
-@pytest.mark.parametrize(("value", "written"), [(0.5, "0.5"), (-12.3456, "−12.3"), (4.08e-10, "4.08·10⁻¹⁰"), (math.nan, "–")])
+@pytest.mark.parametrize(("value", "written"), [(0.5, "0.5"), (-12.3456, "−12.3"), (4.08e-10, "4.08·10⁻¹⁰"), (math.nan, "–"),
+                                                (1870.0, "1,870"), (-1910.3, "−1,910"), (2.273e6, "2.27·10⁶"), (math.inf, "∞")])
 def test_numbers(value: float, written: str) -> None:
     assert number(value) == written
+
+
+@pytest.mark.parametrize(("typed", "shown"), [
+    ("1.87e+03 rad/s", "1,870 rad/s"), ("beside 8.5e-05", "beside 8.5·10⁻⁵"), ("at -309.3 to -8.00", "at −309.3 to −8.00"),
+    ("exp(-0.2 t)", "exp(−0.2 t)"), ("2018-090, x-2, IV-2, 4-5", "2018-090, x-2, IV-2, 4-5"), ("v1e-3x", "v1e-3x"),
+])
+def test_numbers_in_a_sentence_are_written_as_in_a_table(typed: str, shown: str) -> None:
+    assert inline(typed) == shown
+    assert inline(f"`{typed}`") == f"<code>{typed}</code>"
+
+
+def test_a_power_of_ten_inside_a_formula() -> None:
+    assert r"2.273 \cdot 10^{6}" in inline("$h = 2.273e+06$")
+
+
+def test_a_column_of_dashes_is_left_out() -> None:
+    shown = table(("a", "b", "c"), [("1", "–", "–"), ("2", "–", "3")], numeric=(1, 2))
+    assert "<th>a</th>" in shown and ">b<" not in shown and '<td class="n">3</td>' in shown
+
+
+def test_a_head_is_broken_at_underscores_only() -> None:
+    assert "<code>consistent_<wbr/>12</code>" in table(("`consistent_12`",), [("`consistent_12`",)])
+    assert "<td><code>consistent_12</code></td>" in table(("`consistent_12`",), [("`consistent_12`",)])
+
+
+def test_long_formulas_are_broken_before_a_sign() -> None:
+    term = r"\tilde{i}_{ds} \left(\hat{\xi}_1 - \left(1 + \beta L_m\right) i_{ds}\right)"
+    long = f"V = {' + '.join([term] * 4)} - \\frac{{a}}{{b}}"
+    rows = broken(long).removeprefix(r"\begin{aligned}").removesuffix(r"\end{aligned}").split(r" \\ ")
+    assert len(rows) > 1 and all(width(row) <= LINE for row in rows) and rows[0].startswith("V &=")
+    assert all(row.startswith((r"&\quad +", r"&\quad -")) for row in rows[1:])
+    assert "".join(rows).replace(r"&\quad", "").replace("&", "").replace(" ", "") == long.replace(" ", ""), "nothing is lost"
+    assert broken(f"V = {term}") == f"V = {term}" and 'class="unread"' not in formula(long)
+    coloured = f"V = {term} \\class{{differs}}{{+}} {term} \\class{{differs}}{{-}} {term} + {term}"
+    assert all(not row.rstrip().endswith(("}{+}", "{differs}")) for row in broken(coloured).split(r"\\"))
 
 
 def test_the_page_is_well_formed_and_loads_nothing() -> None:

@@ -14,19 +14,22 @@ import xarray as xr
 from imo_analysis.paper.statements import ALPHA_FINAL
 from imo_analysis.pencils.setup import Setup
 from imo_analysis.pencils.sweep import pole_sweep
-from imo_analysis.report import searched
+from imo_analysis.report import captions, searched
 from imo_analysis.report.atlas import atlas
 from imo_analysis.report.chapters.pencils import _neutral
 from imo_analysis.report.chapters.simulations import _stay
 from imo_analysis.report.chapters.tuned import _searched, tuned_chapter
+from imo_analysis.report.dossier import findings, strays
+from imo_analysis.report.drift import DriftRow
 from imo_analysis.report.figure_claims import figure_claims
 from imo_analysis.report.metrics import Resting, StepResponse
 from imo_analysis.report.pencils import PoleResult, _mirrored
-from imo_analysis.report.run_figures import banded
+from imo_analysis.report.run_figures import banded, leaving
 from imo_analysis.report.scenarios import Divergence, Scenario, WindowResult
 from imo_analysis.report.tuned import BY_RULE, tuned
 from imo_analysis.simulation.run import simulate
 from imo_analysis.study import Study
+from imo_analysis.study_tables import Window
 from imo_analysis.svg import tidied
 
 
@@ -55,6 +58,56 @@ def test_what_the_paper_says_of_its_figures(
     found = figure_claims(runs(proposed, baseline, alpha), paper)
     assert [one.figure for one in found] == [1, 2, 3, 4] and [one.verdict for one in found] == verdicts
     assert f"{proposed:.3g} rad/s against {baseline:.3g}" in found[0].here
+
+
+def test_the_end_value_says_that_the_drive_was_chosen(paper: Study) -> None:
+    """Of the paper's study; with another bandwidth nothing was chosen."""
+    said, other = (figure_claims(runs(1.0, 5.0, ALPHA_FINAL), study)[-1].here
+                   for study in (paper, paper.changed({"drive.speed_bandwidth": 30.0})))
+    assert f"`speed_bandwidth = {paper.drive.speed_bandwidth:g}` was chosen to give it" in said
+    assert "here `speed_bandwidth = 30`" in other and "chosen" not in other
+
+
+def test_the_spread_of_the_predictions() -> None:
+    """The worst of all runs is named, not only the main one's."""
+    main, other = (Scenario(name, name, "", [], [], [Resting("a", 1.0, 1.0, 1.0, 9.0, 0.0, 0.0, 0.0)], [],
+                            [DriftRow("a", 0.0, 0.0, 1.0, predicted, 9.0, simulated)], None, "", alpha=9.0)
+                   for name, predicted, simulated in (("fig4", 10.46, 10.47), ("fig1", 10.27, 10.05)))
+    said = findings([other, main])[0]
+    assert "before simulating: 10.46 /s. Over all 2 steps" in said
+    assert "off by 0.22 /s at most (fig1: 10.27 for 10.05 /s, `a`)" in said
+
+
+def test_captions_say_what_the_run_shows() -> None:
+    states = [Resting(name, 2.0, 40.0, hat, math.nan, flux, 0.0, 0.0)
+              for name, hat, flux in (("good", 39.5, 0.01), ("off", 1950.0, 0.9), ("gone", math.nan, math.nan))]
+    said = captions.whole_speed([replace(states[0], time=1.0, omega_hat=7.0), *states], ["off"], noisy=False)
+    assert "`good` +0.5 rad/s, `off` −1,910 rad/s, `gone` lost. The error of `off` leaves the axes." in said
+    assert "bars" not in said and "bars" in captions.whole_speed(states, [], noisy=True)
+    assert captions.flux(states).endswith("`good` 1 %, `off` 90 %, `gone` lost.")
+    window = Window(title="step", start=1.0, stop=1.5, caption="up")
+    responses = [StepResponse(name, peak, peak, 0.0, 1.0) for name, peak in (("gone", math.nan), ("b", 2.0), ("a", 0.25))]
+    assert captions.part_speed(window, responses, []) == (
+        "Step, 1 to 1.5 s: up. Largest error of the speed: `a` 0.25 rad/s, `b` 2 rad/s, `gone` lost.")
+    assert "`good` 10 /s (+11 %); the machine has 9 /s" in captions.alpha([replace(states[0], alpha_hat=10.0)], 9.0)
+
+
+def test_which_error_leaves_the_axes() -> None:
+    """One far beyond the others and beyond a share of the speed; never more than half of them."""
+    time = np.linspace(0.0, 1.0, 1000)
+    omega, small, large = np.full(1000, 40.0), 5 * time, -1900 * time
+    assert leaving(omega, {"a": small, "b": large, "c": 2 * small}) == ["b"]
+    assert leaving(omega, {"a": small, "b": large, "c": large}) == [], "most of them"
+    assert leaving(omega, {"a": 1e-6 * small, "b": small, "c": 1e-6 * small}) == [], "small beside the speed"
+    assert leaving(omega, {"a": small, "b": np.full(1000, np.nan), "c": small}) == []
+
+
+def test_the_window_of_another_chapter_is_named() -> None:
+    end = Resting("a", 1.0, 100.0, 40.0, math.nan, 0.0, 0.0, 0.0, 60.0)
+    off = [Scenario("real", "real", "", [], [], [end], [], [], None, "")]
+    features = xr.Dataset(attrs={"start": 4.5, "stop": 6.0})
+    assert "looks at 4.5 to 6 s of this run" in strays(off, features, "real")[0]
+    assert "looks at" not in strays(off, features, "another")[0] + strays(off)[0]
 
 
 # The printed feedbacks ---------------------------------------------------------------------------------------------------
