@@ -16,6 +16,7 @@ from imo_analysis.errors import InputError
 from imo_analysis.excitation.conditions import CONDITIONS
 from imo_analysis.files import folder as checked_folder
 from imo_analysis.ledger.claim import Entry
+from imo_analysis.report.metrics import Resting
 from imo_analysis.report.page import number
 from imo_analysis.report.pencils import observers_of
 from imo_analysis.report.scenarios import ExcitationResult, Scenario, main_scenario, outcome
@@ -23,6 +24,8 @@ from imo_analysis.study import Study
 
 if TYPE_CHECKING:
     import xarray as xr
+
+ALIKE = 1.05  # an rms error up to so many times the mean says nothing new
 
 
 @dataclass(frozen=True)
@@ -240,6 +243,11 @@ def _predicted(main: Scenario, scenarios: Sequence[Scenario]) -> str:
             f"({scenario.title}: {worst.from_study:.4g} for {worst.simulated:.4g} /s, `{worst.observer}`).")
 
 
+def _rms(one: Resting) -> str:
+    """The rms error where it says more than the mean does."""
+    return "" if one.rms <= ALIKE * abs(one.omega - one.omega_hat) else f", {number(one.rms)} rms"
+
+
 def strays(scenarios: Sequence[Scenario], features: xr.Dataset | None = None, compared: str = "") -> list[str]:
     """The estimates of speed that are off at the end of a run, a sentence a run.
 
@@ -251,7 +259,7 @@ def strays(scenarios: Sequence[Scenario], features: xr.Dataset | None = None, co
         there = [one for one in scenario.resting if one.time == end]
         speed = there[0].omega
         off = [f"`{one.observer}` " + ("is lost" if math.isnan(one.omega_hat) else
-                                       f"by {number(abs(one.omega - one.omega_hat))} rad/s in the mean, {number(one.rms)} rms")
+                                       f"by {number(abs(one.omega - one.omega_hat))} rad/s in the mean" + _rms(one))
                for one in there if outcome(one) != "tracks"]
         if off:
             other = "" if features is None or scenario.title != compared else (

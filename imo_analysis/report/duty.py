@@ -82,8 +82,9 @@ def duty(study: Study, found: Design, folder: Path, noise: float) -> Duty | str:
     gains = mixed.observers["supervised"].gains
     found_at = supervisor_threshold(study, gains, noise, length, found.depth, found.frequency, found.waveform)
     S_0 = gains["S_0"]
-    caption = (f"The estimate of alpha over {length:g} s of random speeds and loads with {noise:g} A of noise; the flux is "
-               f"modulated, but not from {pause[0]:g} to {pause[1]:g} s. Below: what the supervisor sees, and its threshold. "
+    caption = (f"The estimate of alpha over {number(length, 4)} s of random speeds and loads with {noise:g} A of noise; the flux "
+               f"is modulated, but not from {number(pause[0], 4)} to {number(pause[1], 4)} s. Below: what the supervisor sees, "
+               "and its threshold. "
                "In the pause alpha_hat moves by "
                + ", ".join(f"{number(row.moved, 2)} /s (`{row.observer}`)" for row in rows) + ".")
     drawn = keep(folder, "duty", _drawn(run, study.machine.alpha, S_0, pause), caption)

@@ -106,12 +106,14 @@ _PLACE = "\ue000"  # stands for a figure's number until the page is put together
 
 def figure(svg: str, caption: str, alt: str, file: str) -> Html:
     """A figure inside the page, its text as text, with a number, a caption, and a link to its file if there is one."""
+    from imo_analysis.report.words import typeset  # which is made of these pieces
+
     wide = float(re.search(r'viewBox="0 0 (\S+)', svg)[1])  # type: ignore[index]
     least = math.ceil(wide * _LEGIBLE / min(map(float, _FONT_SIZE.findall(svg)), default=_LEGIBLE))
     size = f"max-width:{min(_WIDE, _WIDE * wide / _COLUMN):.1f}rem;--least:{least}px"
     image = Html(inside_page(svg, f"f{_PLACE}", re.sub(r"[$`\\{}]", "", alt)))
     link = tag("span", " File: ", tag("a", file, href=file), ".") if file else ""
-    below = tag("figcaption", tag("b", f"Figure {_PLACE}. "), inline(caption), link)
+    below = tag("figcaption", tag("b", f"Figure {_PLACE}. "), typeset(caption), link)
     return tag("figure", tag("div", image, class_="plate", style=size), below)
 
 

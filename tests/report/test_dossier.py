@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 from fontTools.ttLib import TTFont
+from pdf_objects import pdf_objects
 from short_dossier import short_dossier_study
 
 import imo_analysis
@@ -171,11 +172,14 @@ def test_a_printer_that_is_missing(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     from imo_analysis.report.pdf import browser, print_page
 
     page = tmp_path / "index.html"
-    page.write_text('<p>A page. <a href="beside.csv">a file</a> <a href="#top">top</a></p>', encoding="utf-8")
+    page.write_text('<p>A page. <a href="beside.csv">a file</a> <a href="#top">top</a></p><p id="top">the top</p>',
+                    encoding="utf-8")
     if browser() is not None:
         assert print_page(page, tmp_path / "index.pdf") == ""
         printed = (tmp_path / "index.pdf").read_bytes()
-        assert printed.startswith(b"%PDF") and b"file://" not in printed
+        objects = pdf_objects(printed)
+        assert printed.startswith(b"%PDF") and any(b"/Link" in one for one in objects)
+        assert not any(b"file://" in one for one in objects)
     monkeypatch.setenv("PATH", str(tmp_path))
     said = print_page(page, tmp_path / "none.pdf")
     assert said.startswith("no PDF: none of chromium") and "\n" not in said and not (tmp_path / "none.pdf").exists()

@@ -13,7 +13,7 @@ from imo_analysis.paper.statements import ALPHA_FIGURE, ALPHA_FINAL
 from imo_analysis.report.duty import EDGE, Duty
 from imo_analysis.report.identifiability import Identifiability, RankRow
 from imo_analysis.report.modulation import Modulation
-from imo_analysis.report.page import Chapter, Html, answer, figure, formula, join, prose, table, tag
+from imo_analysis.report.page import Chapter, Html, answer, figure, formula, join, number, prose, table, tag
 from imo_analysis.report.scenarios import ExcitationResult, Scenario, main_scenario
 from imo_analysis.report.words import typeset
 
@@ -156,8 +156,8 @@ def _cure(cured: Modulation | None) -> list[Html]:
         return [head, answer(typeset(cured.refused))]
     found, wanted, chosen = cured.chosen.design, cured.wanted, cured.chosen
     rows = [
-        (f"{one.omega:.4g}", f"{one.torque:.3g}", f"{one.alpha_error:+.3f} ± {one.alpha_deviation:.3f}",
-         f"{one.omega_error:+.3f} ± {one.omega_deviation:.3f}", f"{one.ripple:.4f}",
+        (f"{one.omega:.4g}", f"{one.torque:.3g}", f"{_signed(one.alpha_error)} ± {one.alpha_deviation:.3f}",
+         f"{_signed(one.omega_error)} ± {one.omega_deviation:.3f}", f"{one.ripple:.4f}",
          f"{one.noise_torque:.3f}", f"{one.loss:.2f}")
         for one in cured.checks
     ]
@@ -205,6 +205,11 @@ on every current sample, within limits of flux, torque ripple (half its swing), 
     ]
 
 
+def _signed(value: float) -> str:
+    """A small error with its sign; what is rounded to zero has none."""
+    return f"{value:+.3f}" if round(value, 3) else f"{0.0:.3f}"
+
+
 def _other_laws(cured: Modulation) -> list[Html]:
     if not cured.others or cured.chosen is None:
         return []
@@ -227,7 +232,7 @@ def _duty(duty: Duty | str) -> list[Html]:
         return []
     if isinstance(duty, str):
         return [tag("h3", "An adaptation that rests when excitation is lost"), answer(typeset(duty))]
-    rows = [(tag("code", row.observer), f"{row.excited:.3f}", f"{row.end_of_pause:+.3f}", f"{row.moved:.2g}",
+    rows = [(tag("code", row.observer), f"{row.excited:.3f}", _signed(row.end_of_pause), f"{row.moved:.2g}",
              f"{row.back:.3f}") for row in duty.rows]
     head = ("observer", "largest error, modulated", "error at the end of the pause",
             f"moved in the pause after its first {EDGE:g} s", "largest error, modulated again")
@@ -250,7 +255,8 @@ as below the other.
 What it cannot help: noise also makes the offsets of the two copies of the flux walk, without end (`excitation.walk`). No
 current shows them while the speed stands still; they come out when it changes.
 """),
-        table(head, rows, rf"$\hat{{\alpha}} - \alpha$ in 1/s over {duty.duration:g} s of mixed duty, {duty.noise:g} A noise",
+        table(head, rows,
+              rf"$\hat{{\alpha}} - \alpha$ in 1/s over {number(duty.duration, 4)} s of mixed duty, {duty.noise:g} A noise",
               range(1, 5)),
         figure(duty.figure.svg, duty.figure.caption, duty.figure.caption, duty.figure.file),
     ]

@@ -98,15 +98,15 @@ says so. {agreement}
 def _faults(checks: dict[str, Any]) -> list[Html]:
     """What became of seeded faults: a check that cannot fail shows nothing."""
     claims, code = checks["mutants"], checks["definition_mutants"]
-    rejected = ", ".join(f"{count} rejected by {_KERNELS.get(name, name)}" for name, count in claims["rejected"].items())
+    rejected = ", ".join(f"{count:,} rejected by {_KERNELS.get(name, name)}" for name, count in claims["rejected"].items())
     missed = [*claims["missed"], *code["survived"], *(f"no second form: {name}" for name in code["unchecked"])]
     parts = [
         prose(
             f"""
 Every check was also given faults to find. Each sign, coefficient, exponent, index, hat and tilde of {claims["claims"]} true
-formulas was changed in turn: {claims["tried"]} tried, {rejected}, {len(claims["equivalent"])} equal to the original (proved),
+formulas was changed in turn: {claims["tried"]:,} tried, {rejected}, {len(claims["equivalent"])} equal to the original (proved),
 {len(claims["missed"])} missed. Each token of the {code["functions"]} definitions that are simulated was changed in turn
-against a second, complex form: {code["tried"]} tried, {code["killed"]} found, {len(code["equivalent"])} equal,
+against a second, complex form: {code["tried"]:,} tried, {code["killed"]:,} found, {len(code["equivalent"])} equal,
 {len(code["survived"])} missed. The command is `imo derive --mutants all`; `--kernel all` adds Coq.
 """
         )

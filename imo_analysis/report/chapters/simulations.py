@@ -26,7 +26,7 @@ def simulations_chapter(study: Study, scenarios: Sequence[Scenario], divergences
     """Every scenario of the study: the run, its windows, and the numbers of both."""
     papers = is_paper(study.machine)
     observers = [
-        (name, OBSERVERS[one.kind].meaning, OBSERVERS[one.kind].source,
+        (name, typeset(OBSERVERS[one.kind].meaning), OBSERVERS[one.kind].source,
          inline(", ".join(f"${symbol(gain).latex} = {value:g}$" for gain, value in one.gains.items())))
         for name, one in study.observers.items()
     ]
@@ -52,7 +52,7 @@ electrical.
 
 
 def _scenario(scenario: Scenario) -> Html:
-    parts: list[object] = [tag("h3", typeset(scenario.title))]
+    parts: list[object] = [tag("h3", typeset(scenario.title[:1].upper() + scenario.title[1:]))]
     if scenario.fault:
         parts.append(answer(typeset(scenario.fault)))
     for drawn in scenario.figures:
@@ -60,7 +60,7 @@ def _scenario(scenario: Scenario) -> Html:
     for window in scenario.windows:
         rows = [
             (one.observer, number(one.peak), number(one.rms),
-             "not in the window" if math.isnan(one.settled) else f"{1e3 * one.settled:.1f}")
+             "not in the window" if math.isnan(one.settled) else number(1e3 * one.settled))
             for one in window.responses
         ]
         head = ("observer", "largest speed error (rad/s)", "rms speed error (rad/s)",
@@ -73,7 +73,7 @@ def _scenario(scenario: Scenario) -> Html:
 
 def _resting(states: Sequence[Resting]) -> Html:
     rows = [
-        (f"{one.time:.2f}", f"{one.omega:.2f}", one.observer, number(one.omega - one.omega_hat, sign=True),
+        (f"{one.time:.2f}", f"{round(one.omega, 2) + 0.0:.2f}", one.observer, number(one.omega - one.omega_hat, sign=True),
          number(one.alpha_hat, 5), _percent(one.flux_error), _percent(one.z_error), _percent(one.xi_error))
         for one in states
     ]
@@ -126,8 +126,8 @@ The paper prints the feedback of the z loop in three ways: in (7) and the expand
 the error dynamics (12). """ + f"Those that the study has are run here with {_same_terms(study)}."
         ),
     ]
-    rows = [(one.observer, one.source, one.outcome) for one in divergences]
-    parts.append(table(("observer", "printed in", "what happens"), rows))
+    rows = [(one.observer, typeset(one.source), one.outcome) for one in divergences]
+    parts.append(table(("observer", "what it is", "what happens"), rows))
     lost = [one.observer for one in divergences if one.diverged]
     if lost:
         parts.append(answer(
