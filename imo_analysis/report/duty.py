@@ -82,11 +82,10 @@ def duty(study: Study, found: Design, folder: Path, noise: float) -> Duty | str:
     gains = mixed.observers["supervised"].gains
     found_at = supervisor_threshold(study, gains, noise, length, found.depth, found.frequency, found.waveform)
     S_0 = gains["S_0"]
-    caption = (f"The estimate of alpha over {number(length, 4)} s of random speeds and loads with {noise:g} A of noise; the flux "
-               f"is modulated, but not from {number(pause[0], 4)} to {number(pause[1], 4)} s. Below: what the supervisor sees, "
-               "and its threshold. "
-               "In the pause alpha_hat moves by "
-               + ", ".join(f"{number(row.moved, 2)} /s (`{row.observer}`)" for row in rows) + ".")
+    moved = ", ".join(f"{number(row.moved, 2)} /s (`{row.observer}`)" for row in rows)
+    caption = (f"The estimate of alpha over {number(length, 4)} s of random speeds and loads with {noise:g} A of noise; the "
+               f"flux is modulated, but not from {number(pause[0], 4)} to {number(pause[1], 4)} s. Below: what the supervisor "
+               f"sees, and its threshold. In the pause, alpha_hat moves by {moved}.")
     drawn = keep(folder, "duty", _drawn(run, study.machine.alpha, S_0, pause), caption)
     return Duty(length, pause, noise, rows, drawn, S_0, found_at.floor, found_at.least, found_at.most, REST, OPEN)
 

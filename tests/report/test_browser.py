@@ -1,17 +1,15 @@
 """The page in a real browser: a desktop, a phone, dark, by keyboard, and on paper."""
 
 import base64
-import os
 import re
-import shutil
 import struct
 from collections import Counter
-from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import pytest
+from browsers import missing
 from contrast import CONTRAST, LARGE, TEXT
 from pdf_objects import pdf_objects
 
@@ -20,28 +18,6 @@ from imo_analysis.ledger.book import claims
 pytestmark = pytest.mark.slow
 
 A4 = (794 - 2 * 53, 1123 - 2 * 59)  # CSS pixels within margins of 14 and 15.5 mm
-
-
-def missing(what: str) -> None:
-    """A user may lack a browser; CI may not."""
-    if os.environ.get("CI") == "true":
-        pytest.fail(f"{what} is missing; CI installs it")
-    pytest.skip(f"{what} is not installed")
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    found = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-    if found is None:
-        missing("chromium")
-    try:
-        from playwright.sync_api import sync_playwright
-    except ImportError:
-        missing("playwright")
-    with sync_playwright() as playwright:
-        started = playwright.chromium.launch(executable_path=found, args=["--no-sandbox", "--disable-gpu"])
-        yield started
-        started.close()
 
 
 class Seen:

@@ -274,6 +274,17 @@ def test_the_commands_are_understood(made: Made) -> None:
         parser_of(command).parse_args(arguments)
 
 
+def test_no_table_is_cut(browser: Any, made: Made) -> None:
+    """On a desktop each table is seen whole, that of the first screen of one's own machine, too."""
+    page = browser.new_page(viewport={"width": 1200, "height": 900})
+    page.goto((made.out / "index.html").as_uri())
+    page.evaluate("document.querySelectorAll('details').forEach(e => { e.open = true })")
+    cut = page.evaluate("""() => [...document.querySelectorAll(".scroll")].filter(e => e.scrollWidth > e.clientWidth + 1)
+        .map(e => [e.clientWidth, e.scrollWidth, e.textContent.slice(0, 80)])""")
+    page.close()
+    assert cut == []
+
+
 @pytest.mark.parametrize("made", ["wrong"], indirect=True)
 def test_twice_the_same_bytes(made: Made, tmp_path: Path) -> None:
     with light():
