@@ -4,12 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from imo_analysis.equations.steady_state import slip_of_torque
+from imo_analysis.report.numbers import number
 from imo_analysis.report.scenarios import Drawn, keep
 from imo_analysis.study import Study
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 REACH = 1.5  # the torques go to so many times that at which the torque current is as large as the magnetising one
 DEPTH, FREQUENCY = 0.05, 30.0  # of the flux modulation in the map: 5 %, 30 rad/s
@@ -56,11 +61,25 @@ def identifiability(study: Study, folder: Path) -> Identifiability:
     figures = [
         keep(folder, "identifiability-plane", rasterized(plot_speed_torque(constant, modulated)),
              "Smallest standard deviation that an unbiased estimate of speed or alpha can have (the Cramér-Rao bound), over "
-             "speed and torque. Above: one unknown at a time, constant flux. Below: both unknown, with the flux in motion."),
+             "speed and torque: dark is poor. Above: one unknown at a time, constant flux; at zero stator frequency it is lost, "
+             "alpha without load as well. Below: both unknown, with the flux in motion; the median over the plane is "
+             f"{_median(modulated['alpha_both'])} /s for alpha and {_median(modulated['omega_both'])} rad/s for the speed."),
         keep(folder, "identifiability-modulation", rasterized(plot_modulation(swing)),
-             f"The same bounds at {omega:g} rad/s without load, over depth and frequency of a flux modulation."),
+             f"The same bounds at {omega:g} rad/s without load, over depth and frequency of a flux modulation: that of alpha "
+             f"{_range(swing['alpha_both'])} /s, that of the speed {_range(swing['omega_both'])} rad/s."),
     ]
     return Identifiability(_ranks(False), _ranks(True), figures)
+
+
+def _median(bound: xr.DataArray) -> str:
+    return number(float(np.median(np.nan_to_num(bound.values, nan=np.inf))), 2)
+
+
+def _range(bound: xr.DataArray) -> str:
+    """From the worst to the best."""
+    values = bound.values[np.isfinite(bound.values)]
+    worst, best = number(float(values.max()), 2), number(float(values.min()), 2)
+    return f"stays at {worst}" if worst == best else f"falls from {worst} to {best}"
 
 
 def _even(start: float, stop: float, count: int) -> list[float]:
