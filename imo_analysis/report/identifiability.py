@@ -61,8 +61,8 @@ def identifiability(study: Study, folder: Path) -> Identifiability:
     figures = [
         keep(folder, "identifiability-plane", rasterized(plot_speed_torque(constant, modulated)),
              "Smallest standard deviation that an unbiased estimate of speed or alpha can have (the Cramér-Rao bound), over "
-             "speed and torque: dark is poor. Above: one unknown at a time, constant flux; at zero stator frequency it is lost, "
-             "alpha without load as well. Below: both unknown, with the flux in motion; the median over the plane is "
+             "speed and torque: dark is poor. Above: one unknown at a time, constant flux; at zero stator frequency it is "
+             "lost, alpha without load as well. Below: both unknown, with the flux in motion; the median over the plane is "
              f"{_median(modulated['alpha_both'])} /s for alpha and {_median(modulated['omega_both'])} rad/s for the speed."),
         keep(folder, "identifiability-modulation", rasterized(plot_modulation(swing)),
              f"The same bounds at {omega:g} rad/s without load, over depth and frequency of a flux modulation: that of alpha "

@@ -172,7 +172,7 @@ def test_no_table_is_cut(browser: Any, file: Path, width: int) -> None:
 
 def test_no_name_in_a_head_is_broken_inside_a_word(browser: Any, file: Path) -> None:
     """A name in the head of a table takes as many lines as it has parts between underscores at most."""
-    page = Seen(browser, file, 1200).page
+    page = Seen(browser, file, 380).page
     names = page.evaluate("""() => [...document.querySelectorAll("th code")].filter(e => e.checkVisibility()).map(e =>
         [e.textContent, e.getClientRects().length])""")
     assert names and [name for name, lines in names if lines > name.count("_") + 1] == []
