@@ -83,8 +83,11 @@ def _plot(axes: Any, run: xr.Dataset, values: Any, place: tuple[int, int] = (0, 
     starts = range(0, len(at) - size + 1, size)
     middle = np.array([at[k] + shift * (at[k + size - 1] - at[k]) for k in starts])
     lowest, highest = (np.array([pick(one[k:k + size]) for k in starts]) for pick, one in ((np.min, low), (np.max, high)))
-    drawn, = axes.plot(at, mean, markevery=[int(np.searchsorted(at, one)) for one in middle], **_MARKER, **kwargs)
-    axes.vlines(middle, lowest, highest, color=drawn.get_color(), linewidth=0.9)
+    marks = np.searchsorted(at, middle[:: -(-len(middle) // _MARKS)]).tolist()
+    drawn, = axes.plot(at, mean, markevery=marks, **_MARKER, **kwargs)
+    gap = np.full_like(middle, np.nan)  # one line with gaps: a tenth of so many lines in an SVG
+    bars = np.stack([lowest, highest, gap], axis=1).ravel()
+    axes.plot(np.repeat(middle, 3), bars, color=drawn.get_color(), linewidth=0.9)
 
 
 _MARKER = {"markersize": 4.0, "markerfacecolor": "white", "markeredgewidth": 0.9}
