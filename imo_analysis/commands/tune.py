@@ -74,13 +74,14 @@ def _write(args: argparse.Namespace, study: Any, results: list[Any]) -> None:
 
     whole = with_gains(study, results)
     text = Path(args.study).read_text(encoding="utf-8") if args.study else paper_text()
-    text = edited(text, {one.name: whole.data["observers"][one.name]["gains"] for one in results})
+    changed = edited(text, {one.name: whole.data["observers"][one.name]["gains"] for one in results})
     try:  # a machine in a file beside the study is looked for beside the new one
-        same = text is not None and Study.from_data(tomllib.loads(text), args.out, Path(args.out).parent).data == whole.data
+        same = changed is not None and whole.data == Study.from_data(
+            tomllib.loads(changed), args.out, Path(args.out).parent).data
     except InputError:
         same = False
-    write_text(args.out, text if same else whole.to_toml())
-    say(args, f"wrote {args.out}" + ("" if same else ", without the study's comments: with them it would not be the same study"))
+    write_text(args.out, changed if changed is not None and same else whole.to_toml())
+    say(args, f"wrote {args.out}" + ("" if same else ", without comments: the gains stand where they cannot be replaced alone"))
 
 
 def _tuned(args: argparse.Namespace, study: Any) -> list[Any]:

@@ -58,7 +58,7 @@ def drawn(study: Study, data: dict[str, Any], folder: Path) -> Searched:
     figure = tuning_figure(front_data(study, results), over_speed(study, results))
     return Searched(results, keep(
         folder, "searched", figure, "What the search finds. Above: the least noise for wished times, with the gains of the "
-        "study, the rule's, and the chosen ones. Below: settling time and noise over the speed, the study's gains thin and pale."),
+        "study, the rule's, and the chosen ones. Below: settling time and noise over the speed, the study's thin and pale."),
         data["refused"])
 
 

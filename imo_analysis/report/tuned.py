@@ -131,8 +131,8 @@ def _judge(wish: Wish, study: Study, name: str, rule: dict[str, float]) -> list[
         rows.append((gains, values, forward))
     signs = (1.0,) if any(forward for *_, forward in rows) else wish.signs
     seen = verify(study, name, wish, signs, [gains for gains, *_ in rows])
-    return [Judged(name, place == 1, gains, values, forward, missed(wish.limits, values), faults(seen[place], seen[0], wish.limits))
-            for place, (gains, values, forward) in enumerate(rows)]
+    return [Judged(name, place == 1, gains, values, forward, missed(wish.limits, values),
+                   faults(seen[place], seen[0], wish.limits)) for place, (gains, values, forward) in enumerate(rows)]
 
 
 def _speeds(wish: Wish) -> list[float]:

@@ -53,10 +53,10 @@ def rule_check(kind: str = "repaired", count: int = 200, seed: int = 1, damping:
     Returns
     -------
     xarray.Dataset
-        Dimension ``draw``: ``settling``, ``lag``, ``recovery``, measured over wished (1 or below is good), the baseline's recovery
-        in rotor time constants, since nothing can be wished there; ``noise``, measured
+        Dimension ``draw``: ``settling``, ``lag``, ``recovery``, measured over wished (1 or below is good); ``noise``, measured
         over promised, the worst of the speeds either way; and ``frequency``, the least stator frequency in units of 4 / t_r,
-        and ``speed``, the largest speed in units of the current loop's decay a.
+        and ``speed``, the largest speed in units of the current loop's decay a. Of the baseline, whose recovery cannot be
+        wished for, ``recovery`` is in rotor time constants and ``frequency`` in units of alpha.
     """
     import xarray as xr
 
@@ -73,8 +73,10 @@ def rule_check(kind: str = "repaired", count: int = 200, seed: int = 1, damping:
         found = response(machine, kind, rule_gains(machine, kind, flux, times), OperatingPoint(omega, flux, slip))
         promised = np.array([rule_noise(machine, kind, flux, times, float(w)) for w in omega[:, 0]])[:, None]
         ratio = (found.noise / promised).ravel()
-        rows.append((found.settling.max() / t_s, found.lag.max() / lag, found.recovery.max() / (1 / machine.alpha if kind == "baseline" else t_r),
-                     ratio[np.argmax(np.abs(np.log(ratio)))], (1 - SLIP) * low * t_r / RECOVERY,
+        unit = 1 / machine.alpha if kind == "baseline" else t_r
+        rows.append((found.settling.max() / t_s, found.lag.max() / lag, found.recovery.max() / unit,
+                     ratio[np.argmax(np.abs(np.log(ratio)))],
+                     (1 - SLIP) * low * (unit if kind == "baseline" else t_r / RECOVERY),
                      top / rule_loops(machine, kind, times).current))
     columns = np.array(rows, dtype=float).T
     return xr.Dataset({name: ("draw", column, {"units": "1"}) for name, column in zip(names, columns, strict=True)})

@@ -44,17 +44,17 @@ def _observer(text: str, name: str, values: Mapping[str, float]) -> str | None:
             continue
         start, stop = span
         if inline:
-            found = _INLINE.search(text, start, stop)
-            if found is None:
+            table = _INLINE.search(text, start, stop)
+            if table is None:
                 return None
-            start, stop = found.span(1)
+            start, stop = table.span(1)
         body = text[start:stop]
         for gain, value in values.items():
             # after the start of a line, a brace or a comma, so that no comment is taken for it
-            body, count = re.subn(rf"(?m)((?:^|[{{,])[ \t]*{re.escape(gain)}[ \t]*=[ \t]*)[^,\s#}}]+",
-                                  lambda match, value=value: f"{match[1]}{value!r}", body)
-            if count != 1:
+            found = list(re.finditer(rf"(?m)(?:^|[{{,])[ \t]*{re.escape(gain)}[ \t]*=[ \t]*([^,\s#}}]+)", body))
+            if len(found) != 1:
                 return None
+            body = body[: found[0].start(1)] + repr(value) + body[found[0].end(1) :]
         return text[:start] + body + text[stop:]
     return None
 
@@ -62,7 +62,7 @@ def _observer(text: str, name: str, values: Mapping[str, float]) -> str | None:
 def _table(text: str, path: tuple[str, ...]) -> tuple[int, int] | None:
     """Where the body of a table begins and ends."""
     heads = list(_HEADER.finditer(text))
-    for head, following in zip(heads, [*heads[1:], None], strict=True):
+    for number, head in enumerate(heads):
         if tuple(key.strip("\"' \t") for key in re.findall(_KEY, head[1])) == path:
-            return head.end(), following.start() if following else len(text)
+            return head.end(), heads[number + 1].start() if number + 1 < len(heads) else len(text)
     return None

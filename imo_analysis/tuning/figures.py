@@ -94,7 +94,8 @@ def _legend(figure: Figure, observers: Sequence[str]) -> None:
     handles = [Line2D([], [], **line(name).kwargs(), label=name) for name in observers]
     grey = "#555555"
     handles += [
-        Line2D([], [], color=grey, linestyle="none", marker="o", markersize=9, markerfacecolor="none", label="gains of the study"),
+        Line2D([], [], color=grey, linestyle="none", marker="o", markersize=9, markerfacecolor="none",
+               label="gains of the study"),
         Line2D([], [], color=grey, linestyle="none", marker="x", label="rule of thumb"),
         Line2D([], [], color=grey, linestyle="none", marker="*", markersize=10, label="chosen"),
         Line2D([], [], color=grey, linestyle="none", marker="o", markersize=9, markerfacecolor="none", alpha=_FAINT,

@@ -22,43 +22,45 @@ ALPHA_DRIFT = 0.02  # of alpha, for a step by `ALPHA_STEP` of the range of speed
 ALPHA_STEP = 0.4
 
 
-def adaptive_speed(zeta, t_s, t_r, t_l, omega_min, omega_max, a_0, largest=max):
+def adaptive_speed(zeta: Any, t_s: Any, t_r: Any, t_l: Any, omega_min: Any, omega_max: Any, a_0: Any,
+                   largest: Any = max) -> Any:
     """omega_n of an adaptive observer, in rad/s."""
     return largest(SETTLED / (zeta * t_s), 500 * zeta * (1 + omega_max / omega_min) / t_r, 2 * zeta / t_l, a_0 / (2 * zeta))
 
 
-def adaptive_feedback(a, t_r, omega_min):
+def adaptive_feedback(a: Any, t_r: Any, omega_min: Any) -> Any:
     """D_0 and D_1 of an adaptive observer: D = D_0 + D_1 |omega| is 8 a / t_r at the lowest speed."""
     constant = 4 * a / t_r
     return constant, constant / omega_min
 
 
-def printed_feedback(a, t_r, omega_max):
+def printed_feedback(a: Any, t_r: Any, omega_max: Any) -> Any:
     """D_0 and k_2 of consistent_12: k_2 omega^2 is nothing at the lowest speed, and much of it is unstable at the highest."""
     return 8 * a / t_r, 2 * a / (5 * t_r * omega_max**2)
 
 
-def baseline_speed(zeta, t_s, t_l, omega_max, a_0, largest=max):
+def baseline_speed(zeta: Any, t_s: Any, t_l: Any, omega_max: Any, a_0: Any, largest: Any = max) -> Any:
     """omega_n of the baseline with constant gains, in rad/s."""
     return largest(SETTLED / (zeta * t_s), FAR * omega_max, 2 * zeta / t_l, a_0 / (2 * zeta))
 
 
-def baseline_feedback(a, alpha):
+def baseline_feedback(a: Any, alpha: Any) -> Any:
     """D_0 = alpha X of the baseline, X = a / 2: its frozen flux poles then turn at half the speed."""
     return alpha * a / 2
 
 
-def scheduled_loops(gamma, alpha, omega_max):
+def scheduled_loops(gamma: Any, alpha: Any, omega_max: Any) -> Any:
     """omega_n and a of the baseline with Kubota's scheduled gain, in rad/s and 1/s."""
     return SCHEDULED_FAR * omega_max, SCHEDULED_K * (gamma + alpha)
 
 
-def alpha_gain(alpha, flux, L_m, mu, K_p, step, bandwidth):
+def alpha_gain(alpha: Any, flux: Any, L_m: Any, mu: Any, K_p: Any, step: Any, bandwidth: Any) -> Any:
     """g, with which a first-order step of the speed moves alpha_hat by `ALPHA_DRIFT` of alpha."""
     return ALPHA_DRIFT * alpha * K_p / drift_of_acceleration(step * step * bandwidth / 2, 0, flux, L_m, mu, 1, 1)
 
 
-def noise_density(omega_n, a, D, omega, beta, flux, R_s, sigma, gamma, alpha, root):
+def noise_density(omega_n: Any, a: Any, D: Any, omega: Any, beta: Any, flux: Any, R_s: Any, sigma: Any,
+                  gamma: Any, alpha: Any, root: Any) -> Any:
     """Deviation of the speed estimate in rad/s for noise of density 1 A^2 s on the currents, at a speed.
 
     The first term is what the speed loop lets through, the second what R_s/sigma times that noise has left in w.
@@ -112,13 +114,14 @@ def written() -> list[tuple[str, list[str]]]:
             line(r"\omega_n", adaptive_speed(s.zeta, s.t_s, s.t_r, s.t_l, s.omega_min, s.omega_max, s.a_0, largest)),
             line("a", 2 * s.zeta * s.omega_n),
             *gains("repaired", adaptive, "K_p", "k_1", "k_3", "kappa"), line("g", g)]),
-        ("of these quiet, across and supervised", gains("quiet", adaptive, "k_1")),
-        ("and consistent_12", [*gains("consistent_12", Loops(s.omega_n, s.a, D_0, k_2 * s.omega_max), "k_3", "k_2")]),
+        ("quiet, across and supervised the same, but", gains("quiet", adaptive, "k_1")),
+        ("consistent_12 the same, but", [*gains("consistent_12", Loops(s.omega_n, s.a, D_0, k_2 * s.omega_max), "k_3", "k_2")]),
         ("the noise of their speed estimate, for white noise of deviation $n$ on the currents, sampled every $T$", [
             r"n \sqrt{T}\; " + sympy.latex(noise), line("D", constant + rising * s.omega)]),
         ("the baseline with constant gains", [
             line(r"\omega_n", baseline_speed(s.zeta, s.t_s, s.t_l, s.omega_max, s.a_0, largest)),
-            line("a", 2 * s.zeta * s.omega_n), line(r"\zeta", sympy.Float(BASELINE_DAMPING, 3)), *gains("baseline", base, "h", "l_1", "l_3"), "l_2 = l_4 = 0"]),
+            line("a", 2 * s.zeta * s.omega_n), line(r"\zeta", sympy.Float(BASELINE_DAMPING, 3)),
+            *gains("baseline", base, "h", "l_1", "l_3"), "l_2 = l_4 = 0"]),
         ("the baseline with Kubota's scheduled gain", [
             line(r"\omega_n", scheduled_n),
             *gains("baseline_scheduled", Loops(s.omega_n, scheduled_a, 0, 0), "k", "h")]),

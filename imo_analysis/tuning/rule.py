@@ -14,9 +14,9 @@ the frozen-speed poles of the flux turn at half the speed, as far from the axis 
 leaves |omega| X / omega_n^2 = zeta |omega| / omega_n of itself. At a damping of 0.7 that is below 2 % at no speed loop which
 10 kHz bear for 150 rad/s; so the damping is 0.55 here, whatever is asked, and the loop 22 times as fast as the machine turns.
 
-Kubota's scheduled gain moves all four frozen poles k times as far out as the machine's, so that a = k (gamma + alpha): it has no
-other means to damp the speed loop. Much more than k = 1 loses the speed where the machine brakes slowly, so that the settling
-time is what the machine allows, about 8 / (gamma + alpha), with an overshoot of half the step and more.
+Kubota's scheduled gain moves all four frozen poles k times as far out as the machine's, so that a = k (gamma + alpha): it has
+no other means to damp the speed loop. Much more than k = 1 loses the speed where the machine brakes slowly, so that the
+settling time is what the machine allows, about 8 / (gamma + alpha), with an overshoot of half the step and more.
 
 How far it is right: `REGION`, which `imo_analysis.tuning.check` measures.
 """
@@ -35,19 +35,20 @@ DAMPING = 0.7
 
 # What holds, by `imo_analysis.tuning.check`: the tests hold it to these numbers.
 WIDE, NARROW, SLOW = 1.5, 3.0, 0.25  # least stator frequency, of 4 / t_r (twice); largest speed, of a
-PROMISE = {"recovery": (0.93, 1.0), "settling": 1.0, "noise": 1.2, "lag": 1.5}
-BASELINE_PROMISE = {"settling": 1.0, "recovery": 40.0, "noise": 1.05}  # recovery in rotor time constants
+RECOVERED = (0.93, 1.0)  # of t_r
+NOISE, LAG = 1.2, 1.5  # over the formula's; of t_l
+BASELINE_RECOVERED, BASELINE_NOISE = 16.0, 1.05  # rotor time constants; over the formula's
 REGION = (
     f"The adaptive observers, right parameters, damping {DAMPING:g}: where the stator frequency, load included, nowhere falls "
-    f"below {WIDE:g} times $4/t_r$, they recover in {PROMISE['recovery'][0]:g} to {PROMISE['recovery'][1]:g} times $t_r$ and their "
-    f"speed estimate settles within $t_s$. Where it stays above {NARROW:g} times $4/t_r$, and the speed below {SLOW:g} times $a$, "
-    f"the noise is that of the formula to within {100 * (PROMISE['noise'] - 1):.0f} %, and the lag at most {PROMISE['lag']:g} times "
-    "$t_l$. The flux error cannot decay faster than it turns: $t_r$ must be above 4 over the least stator frequency.",
-    "The baseline with constant gains, likewise: its speed estimate settles within $t_s$, with the noise that the first term of "
-    f"the formula gives to within {100 * (BASELINE_PROMISE['noise'] - 1):.0f} %. Its flux recovers with the rotor's time constant "
-    f"whatever is asked, within {BASELINE_PROMISE['recovery']:g} of them.",
-    "The baseline with Kubota's scheduled gain: no promise. Its only gain for the flux also sets the damping of the speed loop, "
-    "and more of it loses the speed where the machine brakes slowly. With these gains it settles about as fast as the "
+    f"below {WIDE:g} times $4/t_r$, they recover in {RECOVERED[0]:g} to {RECOVERED[1]:g} times $t_r$ and their speed estimate "
+    f"settles within $t_s$. Where it stays above {NARROW:g} times $4/t_r$, and the speed below {SLOW:g} times $a$, the noise "
+    f"is that of the formula to within {100 * (NOISE - 1):.0f} %, and the lag at most {LAG:g} times $t_l$. The flux error "
+    "cannot decay faster than it turns: $t_r$ must be above 4 over the least stator frequency.",
+    "The baseline with constant gains, likewise: its speed estimate settles within $t_s$, with the noise that the first term "
+    f"of the formula gives to within {100 * (BASELINE_NOISE - 1):.0f} %. Its flux recovers with the rotor, whatever is asked: "
+    f"within {BASELINE_RECOVERED:g} time constants $1/\\alpha$ where the stator frequency nowhere falls below $\\alpha$.",
+    "The baseline with Kubota's scheduled gain: no promise. Its only gain for the flux also sets the damping of the speed "
+    "loop, and more of it loses the speed where the machine brakes slowly. With these gains it settles about as fast as the "
     "current decays by itself, and overshoots.",
     "Parameter errors are in none of this: `imo tune` judges the rule's gains with them, and verifies them in simulation.",
 )

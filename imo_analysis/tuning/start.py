@@ -82,7 +82,7 @@ feedback = "measured"         # or the name of an observer below
 [sensors]
 current_noise = {noise:.3g}     # A, standard deviation of each sample
 
-# Gains by the rule of thumb (imo_analysis.tuning.rule). The adaptive observers are asked for the times of [tuning] with a quarter
+# Gains by the rule of thumb (imo_analysis.tuning.rule). Adaptive observers are asked for the times of [tuning] with a quarter
 # to spare; of the baseline only settling time and lag can be asked, its flux recovers with the rotor. imo tune FILE looks for
 # better ones and verifies them. direction: whence the observers have the sign of the speed.
 {observers}

@@ -2,9 +2,9 @@
 
 Three trials, all on `imo_analysis.sweeps.batch`: the same drive for all, field-oriented control on the measured speed.
 
-- ``drive``: machines with errors drawn at random on speeds over the whole range, reversals and loads drawn too; and the corners:
-  every combination of the largest errors, at the ends of the range, with the largest load either way, held for seconds, so that
-  an estimate that only slowly leaves is seen.
+- ``drive``: machines with errors drawn at random, speeds over the whole range, reversals and loads drawn too; and the corners:
+  every combination of the largest errors, at the ends of the range, with the largest load either way, held for seconds, so
+  that an estimate that only slowly leaves is seen.
 - ``noise``: constant speeds, right parameters: the deviation that the linearisation predicts.
 - ``settling``: an estimate that starts 1 rad/s off: the time that the linearisation predicts.
 """
@@ -40,8 +40,8 @@ class Driven:
     Attributes
     ----------
     lost : ndarray
-        Share of all runs, random and corners, whose estimate was lost: it left all bounds, or its rms error is above the highest
-        speed of the range.
+        Share of all runs, random and corners, whose estimate was lost: it left all bounds, or its rms error is above the
+        highest speed of the range.
     rms : ndarray
         Root mean square error of the speed over all runs together in rad/s; infinity where one was lost.
     rms_median, rms_95 : ndarray

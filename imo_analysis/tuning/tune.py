@@ -135,15 +135,15 @@ def tune(study: Study, name: str, tick: Callable[[], None] = lambda: None) -> Tu
     if kind in ADAPTIVE:  # another family, which the search would leave for the sake of a little noise
         other = Search(wish, kind, signs, seed, kept, tick, rising=True)
         found += [other.best({**wish.limits, "recovery": share * wish.limits["recovery"]}, "recovery") for share in (1.0, 0.5)]
-    chosen, reason = _choice(study, name, wish, signs, seed, before, [*found, rule, before])
+    chosen, reason = choose(study, name, wish, signs, seed, before, [*found, rule, before])
     able = [one for one in (*found, rule, before) if not missed(wish.limits, one.values)]
     steady = min(able, key=lambda one: one.values["noise"], default=chosen)
     schedule = alone(wish, kind, signs, seed, kept, steady, tick)
-    verified = verify(study, name, wish, signs, [before.gains, rule.gains, chosen.gains])
-    return Tuned(name, kind, signs, note, before, rule, chosen, found, reason, *verified, schedule)
+    was, by_rule, now = verify(study, name, wish, signs, [before.gains, rule.gains, chosen.gains])
+    return Tuned(name, kind, signs, note, before, rule, chosen, found, reason, was, by_rule, now, schedule)
 
 
-def _choice(
+def choose(
     study: Study, name: str, wish: Wish, signs: tuple[float, ...], seed: int, before: Found, found: list[Found]
 ) -> tuple[Found, str]:
     """The set of gains to take, out of those found, and why."""

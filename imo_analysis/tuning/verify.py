@@ -3,7 +3,7 @@
 Three sets of gains are driven alike: the study's, the rule's and the chosen ones. The chosen ones are verified where
 
 - no run loses the speed, at the corners of the uncertainty neither;
-- the error over all runs together is no more than `WORSE` times that of the study's gains: two draws of the runs differ by less;
+- the error over all runs together is no more than `WORSE` times that of the study's gains;
 - in simulation, settling time and noise at a few speeds between those of the search are those of the linearisation, or better:
   up to `FAR` times as much, since settling times are of a grid in steps of 3 %, deviations are taken over 2 s, and a tail
   near the 2 % that count as settled may be a little in or out; and the settling time is within the wish.
@@ -101,8 +101,8 @@ def faults(after: Verified, before: Verified, limits: dict[str, float]) -> list[
     if after.lost > 0:
         found.append(f"the speed is lost in {after.lost:.1%} of the runs")
     elif after.rms > WORSE * before.rms:
-        found.append(f"the rms error over all runs is {after.rms:.3g} rad/s, more than {WORSE:g} times the {before.rms:.3g} rad/s "
-                     "of the study's gains")
+        found.append(f"the rms error over all runs is {after.rms:.3g} rad/s, more than {WORSE:g} times the {before.rms:.3g} "
+                     "rad/s of the study's gains")
     if not after.settling <= FAR * after.settling_predicted:
         found.append(f"the estimate settles in {_ms(after.settling)} in simulation, more than {FAR:g} times the "
                      f"{_ms(after.settling_predicted)} predicted")

@@ -230,7 +230,10 @@ def test_what_a_search_finds(paper: Study, tmp_path: Path) -> None:
     assert f"{1e3 * after.settling:.3g} ms in place of {1e3 * before.settling:.3g} ms" in said
     assert after.noise == pytest.approx(after.noise_predicted, rel=0.1), "the linearisation and the simulation, two routes"
     data["results"][0]["verified"] |= {"noise": 9.0, "settling": 9.0}
-    assert "it is neither quicker nor quieter" in plain("".join(_searched(searched.drawn(study, data, tmp_path))))
+    assert "Verified." in said and said.count("yes, verified") >= 1
+    worse = plain("".join(_searched(searched.drawn(study, data, tmp_path))))
+    assert "it is neither quicker nor quieter" in worse and "NOT verified: the estimate settles in 9e+03 ms" in worse
+    assert worse.count("yes, verified") == said.count("yes, verified") - 1
     assert "No gains were searched for: why not" in plain("".join(_searched(searched.Searched([], None, ["why not"]))))
 
 

@@ -74,11 +74,12 @@ def _judged(result: Tuned) -> list[Html]:
 
 def _rule() -> list[Html]:
     """Its formulas, by the functions that the program computes with, and where they hold."""
-    parts = [prose("$t_s$, $t_r$ and $t_l$ are the wished settling time of the speed estimate, recovery time of the flux and lag "
-                   f"behind accelerations, $\\zeta$ the damping ({DAMPING:g}; the baseline's own is below), $a_0$ the decay of the "
-                   "current error without feedback: $R_s/\\sigma$, or $\\gamma + \\alpha$ for quiet, across, supervised and the "
-                   f"baselines. $g$ is for a speed step of {ALPHA_STEP:g} of the range, $\\omega_{{drive}}$ the bandwidth of the "
-                   "drive's speed loop.")]
+    parts = [prose(
+        "$t_s$, $t_r$ and $t_l$ are the wished settling time of the speed estimate, recovery time of the flux and lag behind "
+        f"accelerations, $\\zeta$ the damping ({DAMPING:g}; the baseline's own is below), $a_0$ the decay of the current error "
+        "without feedback: $R_s/\\sigma$, or $\\gamma + \\alpha$ for quiet, across, supervised and the baselines. $g$ is for a "
+        f"speed step $\\Delta\\omega$ of {ALPHA_STEP:g} of the range, $\\omega_{{\\mathrm{{drive}}}}$ the bandwidth of the "
+        "drive's speed loop.")]
     for heading, lines in written():
         parts += [tag("p", inline(f"For {heading}:")), *(formula(line) for line in lines)]
     return [*parts, tag("ul", *(tag("li", inline(one)) for one in REGION))]
@@ -144,7 +145,8 @@ def _change(before: Judged, after: Judged) -> str:
             f"{_written('noise', before.values['noise'])}; with the rule's gains {now}: {word}.")
 
 
-_ROLES = (("before", "the study's", "verified_before"), ("rule", "the rule's", "verified_rule"), ("chosen", "chosen", "verified"))
+_ROLES = (("before", "the study's", "verified_before"), ("rule", "the rule's", "verified_rule"),
+          ("chosen", "chosen", "verified"))
 
 
 def _searched(found: Searched | None) -> list[Html]:
@@ -164,10 +166,10 @@ def _searched(found: Searched | None) -> list[Html]:
     return [
         tag("h3", "Gains that a search finds"),
         prose("The search looks on the exact linearisation for the least noise that the wish leaves. What it finds is then "
-              "tried in simulations that had no part in it: random machines, speeds and loads, the corners of the parameter errors "
-              "with the largest loads at the ends of the range, and speeds between those of the search. Gains are verified where "
-              f"no run loses the speed, the error over all runs is at most {WORSE:g} times that of the study's gains, and settling "
-              f"time and noise are at most {FAR:g} times those of the linearisation."),
+              "tried in simulations that had no part in it: random machines, speeds and loads, the corners of the parameter "
+              "errors with the largest loads at the ends of the range, and speeds between those of the search. Gains are "
+              f"verified where no run loses the speed, the error over all runs is at most {WORSE:g} times that of the study's "
+              f"gains, and settling time and noise are at most {FAR:g} times those of the linearisation."),
         table(("observer", "gains", *(_HEAD[name] for name in SHOWN), "meets the wish"), rows, "The worst over the range",
               range(2, 2 + len(SHOWN))),
         answer(*(typeset(line) for one in found.results for line in _chosen(one))),
