@@ -24,8 +24,8 @@ def design_modulation(args: argparse.Namespace) -> int:
         raise InputError(f"{args.run!r} and --design exclude each other: a design needs a study, not a run")
     study = Study.paper() if args.design == "paper" else Study.load(args.design)
     observer = _observer(study, args.observer)
-    alpha, omega = _positive("--accuracy", args.accuracy)
-    within = _positive("--within", [args.within])[0]
+    alpha, omega = _positive("--accuracy", args.accuracy or (0.3, 2.0))
+    within = _positive("--within", [5.0 if args.within is None else args.within])[0]
     if within > HOUR:
         raise InputError(f"--within {within:g} s must be at most {HOUR:g} s")
     given: dict[str, Any] = {name: _numbers(f"--{name}", text) for name, text in
@@ -43,8 +43,8 @@ def design_modulation(args: argparse.Namespace) -> int:
               f"reference, for observer {observer}: the cheapest from {min(tried):.4g} to {max(tried):.4g} rad/s")
     if chosen.passed or taken.failed:
         say(args, f"  {passed_over(chosen.passed, taken.failed)}")
-    say(args, f"  over {_range(wanted.speeds)} rad/s and {_range(wanted.torques)} N m the error of alpha_hat, {wanted.start:.3g} /s "
-              f"at first, decays at {found.rate:.3g} 1/s")
+    say(args, f"  over {_range(wanted.speeds)} rad/s and {_range(wanted.torques)} N m the error of alpha_hat, at first "
+              f"{wanted.start:.3g} /s, decays at {found.rate:.3g} 1/s")
     say(args, f"  on average over the modulation (slowest at {found.slowest[0]:.4g} rad/s, {found.slowest[1]:.3g} N m); by "
               f"Floquet's multiplier its slowest part at {chosen.rate:.3g} 1/s,")
     say(args, f"  at {chosen.where[0]:.4g} rad/s, {chosen.where[1]:.3g} N m; the noise leaves it {found.bias:.3g} /s off")
@@ -82,7 +82,8 @@ def design_modulation(args: argparse.Namespace) -> int:
                   f"imo simulate {args.duty} --out duty.nc")
     emit_json(args, "imo-excitation-design/2", {
         "study": args.design, "observer": observer, "wanted": _without_infinity(asdict(wanted)), "design": asdict(found),
-        "floquet_rate": chosen.rate, "passed_over": chosen.passed, "missed_in_closed_loop": taken.failed, "waveforms": [asdict(one) for one in waveforms], "closed_loop": [asdict(one) for one in checks],
+        "floquet_rate": chosen.rate, "passed_over": chosen.passed, "missed_in_closed_loop": taken.failed,
+        "waveforms": [asdict(one) for one in waveforms], "closed_loop": [asdict(one) for one in checks],
         "reached": reached})
     return 0 if reached else 1
 
@@ -103,7 +104,7 @@ def _limits(asked: list[str] | None) -> dict[str, float]:
 
     by_name = {limit.name: limit for limit in LIMITS}
     chosen = {}
-    for text in asked or ():
+    for text in (part for one in asked or () for part in one.split(",")):
         name, _, number = text.partition("=")
         try:
             value = float(number.removesuffix("%") if name in by_name and by_name[name].unit == "%" else number)

@@ -16,6 +16,7 @@ from imo_analysis.excitation.signals import Block, Signals
 
 Array = NDArray[np.float64]
 BLOCK_SAMPLES = 1 << 16
+_STILL = 1e-12  # of a signal's size: what counts as no movement
 
 
 @dataclass(frozen=True)
@@ -29,7 +30,9 @@ class Condition:
 
     def of(self, block: Block, machine: Any) -> Any:
         """The rows of the regressor for a block of signals."""
-        return self.rows(block.i, block.i_hat, block.z_hat, block.xi_hat, block.alpha, block.omega, machine.beta, machine.L_m)
+        beta, L_m = machine.beta, machine.L_m
+        with np.errstate(invalid="ignore"):  # infinity in a log
+            return self.rows(block.i, block.i_hat, block.z_hat, block.xi_hat, block.alpha, block.omega, beta, L_m)
 
 
 _SIX = ("xi_1_hat", "xi_2_hat", "z_1_hat", "z_2_hat", "alpha_hat", "omega_hat")
@@ -69,20 +72,65 @@ class Scale:
 NO_SCALE = Scale(1.0, 1.0)
 
 
-def natural_scale(signals: Signals) -> Scale:
-    """The default `Scale` of a run, from one pass over it; a magnitude that is zero counts as 1."""
-    current = rate = 0.0
-    used = 0
+@dataclass(frozen=True)
+class Survey:
+    """What one pass over a run's signals finds.
+
+    Attributes
+    ----------
+    current, rate : float
+        rms of v_2 in A, and of |alpha - j omega| in 1/s.
+    alpha_direction : float
+        rms of v_1 in A.
+    still : bool
+        Whether currents and estimates stand still throughout.
+    nan, infinite : bool
+        Whether there are such values.
+    """
+
+    current: float
+    rate: float
+    alpha_direction: float
+    still: bool
+    nan: bool
+    infinite: bool
+
+    @property
+    def scale(self) -> Scale:
+        """The default `Scale`; a magnitude that is zero counts as 1."""
+        return Scale(self.current or 1.0, self.rate or 1.0)
+
+
+def survey(signals: Signals) -> Survey:
+    """One pass over a run.
+
+    Raises
+    ------
+    InputError
+        If there is nothing finite, or values are too large to square.
+    """
+    squares, used = np.zeros(3), 0
+    low, high = np.full(8, math.inf), np.full(8, -math.inf)
+    nan = infinite = False
     for block in signals.blocks(BLOCK_SAMPLES):
-        v_2 = equations.speed_direction(block.i_hat, block.z_hat)
-        square = v_2[0] * v_2[0] + v_2[1] * v_2[1]
-        other = np.broadcast_to(np.asarray(block.alpha * block.alpha + block.omega * block.omega), square.shape)
-        good = np.isfinite(square) & np.isfinite(other)
-        current += float(square[good].sum())
-        rate += float(other[good].sum())
+        alpha, omega = (np.broadcast_to(np.asarray(one, float), block.omega.shape) for one in (block.alpha, block.omega))
+        moving = np.array([*block.i, *block.i_hat, *block.z_hat, *block.xi_hat])
+        with np.errstate(over="ignore", invalid="ignore"):
+            v_1 = equations.alpha_direction(block.i, block.xi_hat, signals.machine.beta, signals.machine.L_m)
+            v_2 = equations.speed_direction(block.i_hat, block.z_hat)
+            each = np.array([a * a + b * b for a, b in (v_2, (alpha, omega), v_1)])
+        whole = np.vstack([moving, alpha, omega])
+        nan = nan or bool(np.isnan(whole).any())
+        infinite = infinite or bool(np.isinf(whole).any())
+        good = np.isfinite(whole).all(axis=0)
+        if good.any():
+            squares += each[:, good].sum(axis=1)
+            low, high = np.minimum(low, moving[:, good].min(axis=1)), np.maximum(high, moving[:, good].max(axis=1))
         used += int(good.sum())
     if not used:
-        raise InputError(f"the signals of {signals.observer!r} hold no sample without NaN; nothing can be said")
-    if not (math.isfinite(current) and math.isfinite(rate)):
+        raise InputError(f"the signals of {signals.observer!r} hold no sample without NaN or infinity; nothing can be said")
+    if not np.isfinite(squares).all():
         raise InputError(f"the signals of {signals.observer!r} are too large to square; the observer has diverged")
-    return Scale(math.sqrt(current / used) or 1.0, math.sqrt(rate / used) or 1.0)
+    current, rate, other = np.sqrt(squares / used)
+    still = bool((high - low <= _STILL * np.maximum(np.abs(high), np.abs(low))).all())
+    return Survey(float(current), float(rate), float(other), still, nan, infinite)

@@ -40,8 +40,8 @@ def wanted_of(study: Study, observer: str, alpha: float = 0.3, omega: float = 2.
     ----------
     study : Study
         Its range of speeds with their geometric mean, loads from none to the largest, noise, limits of current and voltage.
-        The error of alpha at the start is that of the observer's initial value or the uncertainty of R_r, whichever is more, and
-        what a step across the range of speeds adds to it (`resting.drift_of_step`) where the law drifts with the speed.
+        The error of alpha at the start is that of the observer's initial value or the uncertainty of R_r, whichever is more,
+        with what a step across the range of speeds adds to it (`resting.drift_of_step`) where the law drifts with the speed.
     observer : str
         Its name in the study.
     alpha, omega, time : float
@@ -134,7 +134,7 @@ def steady_study(study: Study, observer: str, omega: float, torque: float) -> St
 def verify(study: Study, found: Design, wanted: Wanted, observer: str, more: Sequence[tuple[float, float]] = ()) -> list[Check]:
     """Simulate the design at each speed and load that is given, where it is predicted to settle the slowest, and at ``more``.
 
-    Each run begins at constant speed with alpha_hat off by ``wanted.start``, to either side; what is told is the worse one. With
+    Each run begins at constant speed with alpha_hat off by ``wanted.start``, to either side; what is told is the worse. With
     noise over the whole periods of the second after ``wanted.time``, and without noise for the limits.
     """
     from imo_analysis.simulation.run import simulate

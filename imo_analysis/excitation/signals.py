@@ -138,11 +138,11 @@ def machine_of(attributes: Any, where: str) -> InductionMachine:
 
     text = attributes.get("study")
     if not text:
-        raise InputError(f"{where} carries no study (attribute 'study'); give the machine")
+        raise InputError(f"{where} carries no study (attribute 'study'); give the machine (--machine FILE)")
     try:
         table = tomllib.loads(text)["machine"]
     except (tomllib.TOMLDecodeError, KeyError, TypeError):
-        raise InputError(f"{where}: its attribute 'study' has no [machine]; give the machine") from None
+        raise InputError(f"{where}: its attribute 'study' has no [machine]; give the machine (--machine FILE)") from None
     return InductionMachine.build(table, f"{where}: machine")
 
 

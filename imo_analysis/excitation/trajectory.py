@@ -18,7 +18,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from imo_analysis.errors import InputError
-from imo_analysis.excitation.conditions import BLOCK_SAMPLES, CONDITIONS, Condition, Scale, natural_scale
+from imo_analysis.excitation.conditions import BLOCK_SAMPLES, CONDITIONS, Condition, Scale, survey
 from imo_analysis.excitation.gram import SlidingSum, cell_grams, full
 from imo_analysis.excitation.signals import Signals
 
@@ -83,6 +83,51 @@ class _Track:
             self.rows.append((end[part][-1:].copy(), values[one].copy(), vectors[one].copy()))
 
 
+@dataclass
+class _Level:
+    """The level of the condition over windows of another length, all of them or those at steps of ``join`` cells."""
+
+    sliding: SlidingSum
+    cells: int
+    shorter: bool
+    lowest: float = math.inf
+    holds: bool = True
+    windows: int = 0
+
+    def take(self, cells: Array, track: _Track, cell: int) -> None:
+        """Take cells in order. A shorter window that has failed once is of no interest."""
+        if self.shorter and not self.holds:
+            return
+        sums = self.sliding.push(cells)
+        if not len(sums):
+            return
+        values = eigen(track.mean_grams(sums, self.cells * cell))[0]
+        values = values[np.isfinite(values[:, 0])]
+        self.windows += len(values)
+        self.lowest = min([self.lowest, *values[:, 0]])
+        self.holds = self.holds and bool((values[:, 0] > track.threshold * values[:, -1]).all())
+
+    @property
+    def found(self) -> tuple[float, bool]:
+        """The smallest eigenvalue and whether every window holds; NaN where that was not followed to the end."""
+        if self.shorter and not self.holds:
+            return math.nan, False
+        return self.lowest, self.holds and self.windows > 0
+
+
+def _levels(shape: Grid, least: int, samples: int, width: int) -> list[_Level]:
+    """Lengths by doubling: from the shortest whole number of cells that can hold up to the window, and on from the window."""
+    found, cells = [], max(1, -(-least // shape.cell))
+    while cells < shape.cells_per_window:
+        found.append(_Level(SlidingSum(cells, width), cells, True))
+        cells *= 2
+    join = 2
+    while join * shape.window < samples:
+        found.append(_Level(SlidingSum(shape.cells_per_window, width, join), join * shape.cells_per_window, False))
+        join *= 2
+    return found
+
+
 def _changes(holds: NDArray[np.bool_], before: bool | None) -> NDArray[np.bool_]:
     first = holds[:1] if before is None else np.array([before])
     return holds != np.concatenate([first, holds[:-1]])
@@ -109,13 +154,14 @@ class Grid:
         return self.cell * self.cells_per_window
 
 
-def grid(signals: Signals, window: float, every: float | None) -> Grid:
+def grid(signals: Signals, window: float, every: float | None, columns: int) -> Grid:
     """The window and its step in whole samples.
 
     Raises
     ------
     InputError
-        If the window is not positive or is longer than the run, or the step is longer than the window.
+        If the window is not positive or is longer than the run, the step is longer than the window, or the window holds too few
+        samples for ``columns``: each sample adds two rows, so that n of them leave a rank of 2 n at most.
     """
     if not (math.isfinite(window) and window > 0):
         raise InputError(f"window = {window} s must be above 0 s")
@@ -124,11 +170,20 @@ def grid(signals: Signals, window: float, every: float | None) -> Grid:
     wanted = window / signals.step
     cell = max(1, round(wanted / CELLS_PER_WINDOW if every is None else every / signals.step))
     result = Grid(cell, max(1, round(wanted / cell)))
+    least = least_samples(columns)
+    if result.window < least:
+        raise InputError(f"window = {window:g} s holds {result.window} sample(s) of {signals.step:g} s, each of which shows 2 "
+                         f"directions, and there are {columns}; take {least} samples, {least * signals.step:g} s, or more")
     if result.window > signals.samples:
         run = signals.samples * signals.step
         raise InputError(f"window = {window:g} s must be at most the run's {run:g} s; "
                          "take a shorter window (--window) or a longer run")
     return result
+
+
+def least_samples(columns: int) -> int:
+    """The fewest samples whose Gram matrix can have full rank: each adds two rows."""
+    return -(-columns // 2)
 
 
 def excitation(
@@ -154,7 +209,7 @@ def excitation(
     conditions : sequence of str
         Names in `CONDITIONS`.
     scale : Scale, optional
-        Units of the errors; `natural_scale` if not given, `NO_SCALE` for plain SI.
+        Units of the errors; those of `conditions.survey` if not given, `NO_SCALE` for plain SI.
     threshold : float
         An eigenvalue below this fraction of the largest counts as lost.
     max_rows : int
@@ -164,33 +219,34 @@ def excitation(
     -------
     xarray.Dataset
         Per condition C: ``C_eigenvalue`` (time, C_mode), ascending; ``C_vector`` (time, C_state, C_mode); ``C_rank``,
-        ``C_condition``, ``C_holds`` (time); ``C_level`` over ``C_level_window``, the smallest eigenvalue over all windows of
-        that length; ``C_instant``, ``C_appears``. ``time`` is the end of the window, in s.
+        ``C_condition``, ``C_holds`` (time); ``C_level`` and ``C_level_holds`` over ``C_level_window``: the smallest eigenvalue
+        over all windows of that length, and whether it holds in each; ``C_instant``, ``C_appears``. ``time`` is the end of the
+        window, in s.
 
     Raises
     ------
     InputError
-        See `grid` and `natural_scale`.
+        See `grid` and `conditions.survey`.
     """
     unknown = [name for name in conditions if name not in CONDITIONS]
     if unknown or not conditions:
         raise InputError(f"condition {', '.join(unknown) or '(none)'} is not known; choose of: {', '.join(CONDITIONS)}")
     if not 0 < threshold < 1:
         raise InputError(f"threshold = {threshold} must lie between 0 and 1")
-    shape = grid(signals, window, every)
-    scale = scale or natural_scale(signals)
+    shape = grid(signals, window, every, max(len(CONDITIONS[name].states) for name in conditions))
+    seen = survey(signals)
+    scale = scale or seen.scale
     windows = (signals.samples // shape.cell) - shape.cells_per_window + 1
     keep = max(1, -(-windows // max_rows))
-    longer = [n for n in (3, 10, 30, 100, 300, 1000) if n * shape.window < signals.samples]
     tracks: dict[str, tuple[SlidingSum, _Track]] = {}
-    levels: dict[str, dict[int, list[Any]]] = {}
+    levels: dict[str, list[_Level]] = {}
     totals: dict[str, list[Any]] = {}
     for name in conditions:
         condition = CONDITIONS[name]
         width = len(condition.states) * (len(condition.states) + 1) // 2
         tracks[name] = (SlidingSum(shape.cells_per_window, width),
                         _Track(condition, scale.of(condition), shape.window, keep, threshold))
-        levels[name] = {n: [SlidingSum(shape.cells_per_window, width, n), math.inf] for n in longer}
+        levels[name] = _levels(shape, least_samples(len(condition.states)), signals.samples, width)
         totals[name] = [np.zeros(width), 0]
     for block in signals.blocks(max(1, BLOCK_SAMPLES // shape.cell) * shape.cell):
         for name, (sliding, track) in tracks.items():
@@ -201,20 +257,22 @@ def excitation(
             if len(sums):
                 done = track.windows + np.arange(len(sums))
                 track.take(sums, signals.start + signals.step * shape.cell * (done + shape.cells_per_window))
-            for n, entry in levels[name].items():
-                entry[1] = min(entry[1], _lowest(track.mean_grams(entry[0].push(cells), n * shape.window)))
+            for entry in levels[name]:
+                entry.take(cells, track, shape.cell)
     result = xr.Dataset(attrs={
         "schema": "imo-excitation/1", "observer": signals.observer, "values": signals.values,
         "window": shape.window * signals.step, "every": shape.cell * signals.step, "threshold": threshold,
         "scale_current": scale.current, "scale_rate": scale.rate, "scaling": scale.describe(),
-        "samples": signals.samples, "kept_of": keep,
+        "samples": signals.samples, "kept_of": keep, "still": int(seen.still), "flux_current": seen.current,
+        "alpha_direction": seen.alpha_direction, "nan": int(seen.nan), "infinite": int(seen.infinite),
     })
     for name, (_, track) in tracks.items():
         total, cells_used = totals[name]
-        whole = _lowest(track.mean_grams(total[None], max(1, cells_used * shape.cell)))
-        level = {shape.window * signals.step: track.lowest}
-        level.update({n * shape.window * signals.step: entry[1] for n, entry in levels[name].items()})
-        level[signals.samples * signals.step] = whole
+        whole = eigen(track.mean_grams(total[None], max(1, cells_used * shape.cell)))[0][0]
+        judged = track.windows - track.undefined
+        level = {entry.cells * shape.cell * signals.step: entry.found for entry in levels[name]}
+        level[shape.window * signals.step] = track.lowest, judged > 0 and track.holding == judged
+        level[signals.samples * signals.step] = float(whole[0]), bool(whole[0] > threshold * whole[-1])
         result = result.merge(_labelled(track, level), combine_attrs="override")
     return result
 
@@ -226,14 +284,8 @@ def _add_total(total: list[Any], cells: Array) -> None:
     total[1] += int(good.sum())
 
 
-def _lowest(grams: Array) -> float:
-    """The smallest eigenvalue of a stack, those with NaN left out; infinity for none."""
-    values = eigen(grams)[0][:, 0] if len(grams) else np.empty(0)
-    values = values[np.isfinite(values)]
-    return float(values.min()) if len(values) else math.inf
-
-
-def _labelled(track: _Track, level: dict[float, float]) -> xr.Dataset:
+def _labelled(track: _Track, level: dict[float, tuple[float, bool]]) -> xr.Dataset:
+    level = dict(sorted(level.items()))
     name = track.condition.name
     end, values, vectors = (np.concatenate(part) for part in zip(*track.rows, strict=True))
     largest = values[:, -1]
@@ -248,7 +300,8 @@ def _labelled(track: _Track, level: dict[float, float]) -> xr.Dataset:
             f"{name}_rank": (time, np.where(np.isfinite(largest), seen.sum(axis=1), -1)),
             f"{name}_condition": (time, np.where(np.isfinite(largest), condition_number, np.nan)),
             f"{name}_holds": (time, seen.all(axis=1)),
-            f"{name}_level": (f"{name}_level_window", np.array([v if math.isfinite(v) else np.nan for v in level.values()])),
+            f"{name}_level": (f"{name}_level_window", np.array([v if math.isfinite(v) else np.nan for v, _ in level.values()])),
+            f"{name}_level_holds": (f"{name}_level_window", np.array([holds for _, holds in level.values()], dtype=bool)),
             f"{name}_appears": (f"{name}_instant", np.array([a for _, a in track.instants], dtype=bool)),
         },
         coords={
@@ -264,6 +317,7 @@ def _labelled(track: _Track, level: dict[float, float]) -> xr.Dataset:
         f"{name}_condition": ("1", "largest over smallest eigenvalue"),
         f"{name}_holds": ("1", "whether no direction is lost"),
         f"{name}_level": ("1", "smallest eigenvalue over all windows of a length: m of the condition, divided by T"),
+        f"{name}_level_holds": ("1", "whether the condition holds in every window of a length"),
         f"{name}_appears": ("1", "whether excitation appears (or disappears) at the instant"),
         "time": ("s", "end of the window, of the last one where several are represented by their worst"),
         f"{name}_level_window": ("s", "length of the window"),
@@ -273,6 +327,7 @@ def _labelled(track: _Track, level: dict[float, float]) -> xr.Dataset:
     for variable, (unit, meaning) in notes.items():
         data[variable].attrs.update(units=unit, long_name=meaning)
     data[f"{name}_holds"].attrs.update(windows=track.windows, holding=track.holding, undefined=track.undefined,
+                                       lowest=track.lowest if math.isfinite(track.lowest) else math.nan,
                                        transitions=track.transitions)
     return data
 

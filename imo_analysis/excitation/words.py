@@ -132,9 +132,48 @@ def _listed(names: list[str]) -> str:
 
 def verdict(result: xr.Dataset) -> str:
     """What the conditions say along the run, in plain sentences."""
-    lines = [f"{_subject(result)}, windows of {result.attrs['window']:g} s"]
-    lines += [f"  {CONDITIONS[name].title}: {_sentence(result, name)}" for name in conditions_in(result)]
+    lines = [f"{_subject(result)}, windows of {result.attrs['window']:g} s", *(f"  {text}" for text in standstill(result))]
+    for name in conditions_in(result):
+        lines.append(f"  {CONDITIONS[name].title}: {_sentence(result, name)}")
+        lines += [f"    {text}" for text in (level_text(result, name), instants_text(result, name)) if text]
     return "\n".join(lines)
+
+
+def standstill(result: xr.Dataset) -> list[str]:
+    """What must be said before any condition: that there is no flux, or that all signals stand still."""
+    if result.attrs["flux_current"] == 0:
+        lost = "omega_hat" if result.attrs["alpha_direction"] else "alpha_hat and omega_hat"
+        return [f"there is no flux, z_hat = i_hat throughout: nothing tells of {lost} (nor is there a current to scale by; 1 A "
+                "is taken)"]
+    if result.attrs["still"]:
+        return ["the signals stand still, as at zero stator frequency: a regressor of two rows that never changes shows two "
+                "directions and no more"]
+    return []
+
+
+def level_text(result: xr.Dataset, name: str) -> str:
+    """The shortest length T with which a condition holds in every window, of those looked at, and its level m; or nothing."""
+    window, lowest = result[f"{name}_level_window"].values, result[f"{name}_level"].values
+    holding = np.flatnonzero(result[f"{name}_level_holds"].values)
+    if not len(holding):
+        return ""
+    first = holding[0]
+    return (f"the shortest windows that hold throughout, of lengths that double: T = {window[first]:.3g} s, with m = "
+            f"{lowest[first] * window[first]:.3g} s (scaled)")
+
+
+_SHOWN = 6  # instants that a sentence lists
+
+
+def instants_text(result: xr.Dataset, name: str) -> str:
+    """When excitation appears and disappears, as ends of windows; empty where it never changes."""
+    count = result[f"{name}_holds"].attrs["transitions"]
+    if not count:
+        return ""
+    times, appears = result[f"{name}_instant"].values[:_SHOWN], result[f"{name}_appears"].values[:_SHOWN]
+    text = ", ".join(f"{'appears' if there else 'disappears'} at {time:.4g} s"
+                     for time, there in zip(times, appears, strict=True))
+    return f"excitation {text}" + (f", and {count - len(times)} more" if count > len(times) else "")
 
 
 def conditions_in(result: xr.Dataset) -> list[str]:
@@ -151,18 +190,24 @@ def _subject(result: xr.Dataset) -> str:
 def _sentence(result: xr.Dataset, name: str) -> str:
     holds = result[f"{name}_holds"].attrs
     judged = holds["windows"] - holds["undefined"]
-    gaps = f" {holds['undefined']} of {holds['windows']} windows hold NaN and are left out." if holds["undefined"] else ""
+    gaps = ""
+    if holds["undefined"]:
+        gaps = f" {holds['undefined']} of {holds['windows']} windows hold {_gaps(result)} and are left out."
     if not judged:
-        return "no verdict: every window holds NaN."
-    if float(np.nanmax(result[f"{name}_eigenvalue"].values)) == 0:
-        return "nothing is excited: all signals of the regressor are zero." + gaps
+        return f"no verdict: every window holds {_gaps(result)}."
     share = holds["holding"] / judged
     if share == 1:
-        level = float(result[f"{name}_level"].values[0])
-        return f"holds in every window, with level m = {level * result.attrs['window']:.3g} (scaled).{gaps}"
+        return f"holds in every window, with level m = {holds['lowest'] * result.attrs['window']:.3g} s (scaled).{gaps}"
     text = "never holds" if share == 0 else f"holds in {_percent(share)} of the windows and so not for all t"
+    if not result[f"{name}_level_holds"].values.any():
+        text += f", nor do all windows of any length up to the {float(result[f'{name}_level_window'][-1]):.4g} s of the run"
     lost = [f"{one.text} ({_percent(one.share)} of the windows)" for one in lost_directions(result, name)[:3]]
     return f"{text}; lost: {'; '.join(lost)}.{gaps}"
+
+
+def _gaps(result: xr.Dataset) -> str:
+    words = {"NaN": result.attrs["nan"], "infinite values": result.attrs["infinite"]}
+    return " or ".join(word for word, there in words.items() if there)
 
 
 def _percent(share: float) -> str:
@@ -174,14 +219,16 @@ def summary(result: xr.Dataset) -> dict[str, Any]:
     data: dict[str, Any] = {key: result.attrs[key] for key in
                             ("observer", "values", "window", "every", "threshold", "scaling", "samples")}
     data["verdict"] = verdict(result)
+    data["standstill"] = standstill(result)
     data["conditions"] = {}
     for name in conditions_in(result):
         values = result[f"{name}_eigenvalue"].values
         data["conditions"][name] = {
             "title": CONDITIONS[name].title, "states": list(CONDITIONS[name].states),
             **{key: result[f"{name}_holds"].attrs[key] for key in ("windows", "holding", "undefined", "transitions")},
-            "level": [{"window": float(w), "smallest_eigenvalue": float(v)} for w, v in
-                      zip(result[f"{name}_level_window"].values, result[f"{name}_level"].values, strict=True)],
+            "level": [{"window": float(w), "smallest_eigenvalue": float(v), "holds": bool(h)} for w, v, h in
+                      zip(*(result[f"{name}_{one}"].values for one in ("level_window", "level", "level_holds")), strict=True)],
+            "shortest": level_text(result, name), "changes": instants_text(result, name),
             "rank": {"lowest": int(result[f"{name}_rank"].min()), "highest": int(result[f"{name}_rank"].max())},
             "largest_eigenvalue": float(np.nanmax(values)) if np.isfinite(values).any() else None,
             "lost": [vars(one) for one in lost_directions(result, name)],

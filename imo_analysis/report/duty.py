@@ -67,10 +67,10 @@ def duty(study: Study, found: Design, folder: Path, noise: float) -> Duty | str:
         mixed = mixed_duty(study, length, noise=noise, depth=found.depth, frequency=found.frequency,
                            waveform=found.waveform, off=pause)
         run = simulate(mixed.only(list(SHOWN)))
-    except InputError as error:
-        return f"There is no run of mixed duty: {error}."
-    except Diverged as error:
-        return f"The run of mixed duty is not shown: {error}."
+    except InputError as fault:
+        return f"There is no run of mixed duty: {fault}."
+    except Diverged as fault:
+        return f"The run of mixed duty is not shown: {fault}."
     error = run["alpha_hat"] - study.machine.alpha
     rows = []
     for name in SHOWN:

@@ -52,6 +52,11 @@ def test_several_observers_get_a_file_each(run, tmp_path, capsys):
         (["--scale", "0", "1"], "must be above 0"),
         (["--threshold", "2"], "between 0 and 1"),
         (["--out", "/nowhere/x.nc"], "cannot write"),
+        (["--window", "1e-9"], "take 3 samples, 0.0003 s, or more"),
+        (["--machine", "none.toml"], "cannot read none.toml"),
+        (["--accuracy", "1", "1"], "--accuracy says nothing to a run; give --design STUDY"),
+        (["--within", "5", "--noise", "0.1", "--limit", "torque=1", "--speeds", "1", "--torques", "1", "--duty", "x.toml"],
+         "--within, --noise, --limit, --duty, --speeds, --torques says nothing to a run"),
     ],
 )
 def test_bad_input_is_one_line_and_code_2(run, extra, text, capsys):
@@ -79,4 +84,39 @@ def test_an_hour_of_duty_is_a_study_that_reads_back(tmp_path, capsys):
     study = Study.load(hour)
     assert study.simulation.duration == 3600 and "supervised" in study.observers and study.drive.flux_modulation > 0
     assert main(["excite", "run.nc", "--duty", str(hour)]) == 2
-    assert "--duty needs --design" in capsys.readouterr().err
+    assert "--duty says nothing to a run; give --design STUDY" in capsys.readouterr().err
+
+
+def test_a_record_without_a_study_needs_its_machine(tmp_path, capsys):
+    """The error names the option, and the option does it."""
+    import xarray as xr
+
+    bare, machine = tmp_path / "bare.nc", tmp_path / "machine.toml"
+    run = observed(motion(slip=3.0))
+    xr.Dataset(run.data_vars, run.coords).to_netcdf(bare, engine="h5netcdf")
+    assert main(["excite", str(bare)]) == 2
+    assert "give the machine (--machine FILE)" in capsys.readouterr().err
+    machine.write_text(run.attrs["study"])
+    for one in (str(machine), "table-iii-printed-alpha"):
+        assert main(["excite", str(bare), "--machine", one]) == 0
+        assert "alpha_hat and omega_hat along (1, -0.302)" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("words", "named"), [
+    (["--plot", "p.svg", "--out", "o.nc"], "--plot, --out"), (["--window", "1", "--every", "0.1"], "--window, --every"),
+    (["--threshold", "0.1", "--si"], "--si, --threshold"), (["--scale", "1", "1", "--values", "true"], "--values, --scale"),
+    (["--machine", "table-iii"], "--machine")])
+def test_a_design_refuses_what_belongs_to_a_run(words, named, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["excite", "--design", "paper", *words]) == 2
+    assert f"{named} says nothing to --design; for a design drop it" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_every_option_belongs_to_a_run_or_to_a_design():
+    """No option can be given beside what it says nothing to, without a word."""
+    from imo_analysis.cli import parser_of
+    from imo_analysis.commands.excite import _OF_A_DESIGN, _OF_A_RUN
+
+    options = {action.dest for action in parser_of("excite")._actions} - {"help", "json", "run", "design", "observer"}
+    assert options == {*_OF_A_RUN, *_OF_A_DESIGN}

@@ -52,12 +52,67 @@ def test_no_load_and_zero_stator_frequency():
     assert "2 directions in" in words.verdict(stopped)
 
 
-def test_zero_flux_and_constant_signals():
-    still = motion() * 0
-    result = excitation(of(still))
-    assert "nothing is excited" in words.verdict(result).split("\n")[1] or "never holds" in words.verdict(result)
+def test_zero_flux_is_said_before_any_scaled_number():
+    result = excitation(of(motion() * 0))
+    assert words.standstill(result) == ["there is no flux, z_hat = i_hat throughout: nothing tells of alpha_hat and omega_hat "
+                                        "(nor is there a current to scale by; 1 A is taken)"]
+    assert words.standstill(result)[0] in words.verdict(result).split("\n")[1]
     assert set(result.reduced_rank.values.tolist()) == {2}
-    assert "alpha_hat and omega_hat" in words.verdict(result)
+    assert words.standstill(excitation(of(motion()))) == []
+
+
+def test_constant_signals_are_said_to_stand_still():
+    """At zero stator frequency every signal is constant; the slightest turn is not."""
+    still = excitation(of(motion(omega=-2.0, slip=2.0)))
+    assert "the signals stand still, as at zero stator frequency" in words.verdict(still).split("\n")[1]
+    assert words.standstill(excitation(of(motion(omega=-2.0, slip=2.001)))) == []
+
+
+def test_infinity_in_a_log_is_not_called_nan():
+    run = motion()
+    run["i_ds"].values[7000] = math.inf
+    text = words.verdict(excitation(of(run)))
+    assert "windows hold infinite values and are left out" in text and "NaN" not in text
+    run["i_qs"].values[100] = math.nan
+    assert "windows hold NaN or infinite values and are left out" in words.verdict(excitation(of(run)))
+
+
+@pytest.mark.parametrize(("conditions", "least"), [(("reduced",), 2), (tuple(CONDITIONS), 3)])
+def test_a_window_of_too_few_samples_is_refused(conditions, least):
+    """Each sample adds two rows: with one sample fewer no Gram matrix can have full rank, with as many one can."""
+    step, source = 1e-4, of(motion(modulation=0.1))
+    with pytest.raises(InputError, match=f"take {least} samples, {least * step:g} s, or more"):
+        excitation(source, (least - 1) * step, conditions=conditions)
+    with pytest.raises(InputError, match="holds 1 sample"):
+        excitation(source, 1e-9, conditions=conditions)
+    assert excitation(source, least * step, conditions=conditions).attrs["window"] == pytest.approx(least * step)
+
+
+def test_levels_are_those_of_all_windows_of_a_length():
+    """Weak modulation in the middle of strong: the level of every length by direct sums, and the shortest that holds."""
+    run, weak = motion(duration=4.0, modulation=0.1), motion(duration=1.0, modulation=0.004, start=1.0)
+    for name in ("i_ds", "i_qs", "phi_dr", "phi_qr"):
+        run[name].values[10_000:20_000] = weak[name].values
+    source = of(run)
+    result = excitation(source, 0.4, every=0.1, conditions=["reduced"])
+    rows = CONDITIONS["reduced"].of(source.block(slice(0, source.samples)), MACHINE)
+    dense = np.array([[np.broadcast_to(v, (source.samples,)) for v in row] for row in rows]) * result.reduced_factor.values[:, None]
+    cells = np.einsum("ricn,rjcn->cij", *[dense.reshape(2, 4, 40, 1000)] * 2) / 1000
+    assert result.reduced_level_window.values == pytest.approx([0.1, 0.2, 0.4, 0.8, 1.6, 3.2, 4.0])
+    for length, level, holds in zip(result.reduced_level_window.values, result.reduced_level.values,
+                                    result.reduced_level_holds.values, strict=True):
+        n = round(length / 0.1)
+        step = max(1, n // 4) if n < 40 else 1
+        values = np.array([np.linalg.eigvalsh(cells[k:k + n].mean(axis=0)) for k in range(0, 40 - n + 1, step)])
+        assert holds == (values[:, 0] > 1e-4 * values[:, -1]).all()
+        if holds or length >= 0.4:
+            assert level == pytest.approx(values[:, 0].min(), rel=1e-9)
+            assert len(values) < 4 or values[-1, 0] > 1.5 * level or n == 4  # the last one is not the worst
+        else:
+            assert math.isnan(level)
+    shortest = result.reduced_level_window.values[result.reduced_level_holds.values][0]
+    assert 0.4 < shortest < 4.0
+    assert f"T = {shortest:.3g} s, with m = " in words.verdict(result)
 
 
 def test_gram_matrices_agree_with_direct_sums_in_si():
@@ -84,7 +139,9 @@ def test_instants_of_appearing_and_disappearing():
     result = excitation(of(run), 0.1)
     assert result.reduced_appears.values.tolist() == [True, False]
     assert result.reduced_instant.values == pytest.approx([1.02, 2.1], abs=0.0201)
-    assert result.reduced_level.values[0] < 1e-15
+    assert result.reduced_level.sel(reduced_level_window=0.1).item() < 1e-15
+    assert "excitation appears at 1.02 s, disappears at 2.1 s" in words.verdict(result)
+    assert words.instants_text(excitation(of(motion())), "reduced") == ""
 
 
 def test_estimated_values_and_a_run_with_an_observer():

@@ -178,8 +178,8 @@ def _cure(cured: Modulation | None) -> list[Html]:
 A flux magnitude that swings separates speed and alpha. Asked for: alpha, at first {wanted.start:.3g} /s off, within
 {wanted.alpha:g} /s and speed within {wanted.omega:g} rad/s after {wanted.time:g} s, all over {min(wanted.speeds):.4g} to
 {max(wanted.speeds):.4g} rad/s and {min(wanted.torques):.3g} to {max(wanted.torques):.3g} N m, with {wanted.noise:g} A of noise
-on every current sample, within limits of flux, torque ripple (half its swing), current and voltage. The cheapest modulation from
-{cured.frequencies[0]:.4g} to {cured.frequencies[1]:.4g} rad/s that does it for `{cured.observer}`:
+on every current sample, within limits of flux, torque ripple (half its swing), current and voltage. The cheapest modulation
+from {cured.frequencies[0]:.4g} to {cured.frequencies[1]:.4g} rad/s that does it for `{cured.observer}`:
 """
         ),
         answer(
@@ -195,8 +195,8 @@ on every current sample, within limits of flux, torque ripple (half its swing), 
                                  f"it misses: {', '.join(missed)}.")
             + (f" {passed_over(chosen.passed, cured.failed).capitalize()}." if chosen.passed or cured.failed else "")),
         table(columns, rows, f"Simulated in closed loop, the second after {wanted.time:g} s from an alpha that is off by "
-              f"{wanted.start:.3g} /s, to the worse side; the ripple is half the swing of the torque in a run without noise, the "
-              "torque noise a standard deviation", range(7)),
+              f"{wanted.start:.3g} /s, to the worse side; the ripple is half the swing of the torque in a run without noise, "
+              "the torque noise a standard deviation", range(7)),
         table(kinds, waveforms, "The cheapest modulation by waveform, as the drive's loops let the flux follow", range(1, 7)),
         *_other_laws(cured),
         *(figure(one.svg, one.caption, one.caption, one.file) for one in (cured.figure,) if one),
