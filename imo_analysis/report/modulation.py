@@ -77,7 +77,7 @@ def modulation(study: Study, folder: Path) -> Modulation | None:
     except InputError as error:
         return Modulation(name, wanted, refused=str(error))
     except Diverged as error:
-        return Modulation(name, wanted, refused=f"no modulation is shown, for in closed loop with the one that was designed {error}")
+        return Modulation(name, wanted, refused=f"no modulation is shown, for in closed loop with the designed one {error}")
     tried = [one.frequency for one in (*able, *deepest)]
     return Modulation(name, wanted, taken.chosen, taken.checks, taken.failed, (min(tried), max(tried)), drawn,
                       cheapest_by_waveform(plant, able, wanted), duty(study, found, folder, wanted.noise),

@@ -82,7 +82,7 @@ def test_limits_that_exclude_each_other_say_so(searched):
         c.choose(DRIVEN, *searched, replace(WANTED, torque_limit=0.004, depth_limit=0.015))
     least = float(re.search(r"limit of flux .* needs ([0-9.]+) %", str(error.value))[1]) / 100
     assert c.choose(DRIVEN, *searched, replace(WANTED, torque_limit=0.004, depth_limit=least))
-    with pytest.raises(InputError, match="no limit stands in the way alone.*flux needs .* torque needs .* raise several"):
+    with pytest.raises(InputError, match=r"no limit stands in the way alone.*flux needs .* torque needs .* raise several"):
         c.choose(DRIVEN, *searched, replace(WANTED, torque_limit=1e-5, depth_limit=1e-4))
 
 

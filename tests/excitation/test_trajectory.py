@@ -96,7 +96,8 @@ def test_levels_are_those_of_all_windows_of_a_length():
     source = of(run)
     result = excitation(source, 0.4, every=0.1, conditions=["reduced"])
     rows = CONDITIONS["reduced"].of(source.block(slice(0, source.samples)), MACHINE)
-    dense = np.array([[np.broadcast_to(v, (source.samples,)) for v in row] for row in rows]) * result.reduced_factor.values[:, None]
+    dense = np.array([[np.broadcast_to(v, (source.samples,)) for v in row] for row in rows])
+    dense = dense * result.reduced_factor.values[:, None]
     cells = np.einsum("ricn,rjcn->cij", *[dense.reshape(2, 4, 40, 1000)] * 2) / 1000
     assert result.reduced_level_window.values == pytest.approx([0.1, 0.2, 0.4, 0.8, 1.6, 3.2, 4.0])
     for length, level, holds in zip(result.reduced_level_window.values, result.reduced_level.values,
