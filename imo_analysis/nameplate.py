@@ -261,12 +261,17 @@ def remarks(plate: Nameplate, known: Mapping[str, Any]) -> list[str]:
                 f" where the efficiency leaves {less / (3 * current**2):.3g} ohm" if less > 0 else "")
         found.append(text)
     if not measured:
-        low = COPPER_SHARE * _stator_resistance(plate, (1 - ROUNDING) * plate.taken)
-        high = _stator_resistance(plate, (1 + ROUNDING) * plate.taken)
-        found.append(f"R_s = {_stator_resistance(plate, plate.taken):.3g} ohm is estimated from the plate, between {max(low, 0):.2g} "
+        low, high = resistance_range(plate)
+        found.append(f"R_s = {_stator_resistance(plate, plate.taken):.3g} ohm is estimated from the plate, between {low:.2g} "
                      f"and {high:.2g} ohm: iron, stray and friction losses are counted with the copper's, of which they may be as "
                      "much again. Measure it: half of what an ohmmeter shows between two terminals, in star or delta")
     return found
+
+
+def resistance_range(plate: Nameplate) -> tuple[float, float]:
+    """The least and the most R_s in ohm that a plate with current and power factor leaves; see `remarks`."""
+    low = COPPER_SHARE * _stator_resistance(plate, (1 - ROUNDING) * plate.taken)
+    return max(low, 0.0), _stator_resistance(plate, (1 + ROUNDING) * plate.taken)
 
 
 def _stator_resistance(plate: Nameplate, taken: float) -> float:

@@ -281,6 +281,13 @@ class Study(Table):
         return 1.5 * machine.n_p * machine.L_m / machine.L_r * flux * 0.75 * flux / machine.L_m
 
     @property
+    def torque_limit(self) -> float:
+        """The most torque in N m that the machine gives with the drive's flux and current limit."""
+        machine, flux, most = self.machine, self.drive.flux, self.drive.current_limit
+        across = max(most**2 - (flux / machine.L_m) ** 2, 0.0) ** 0.5
+        return 1.5 * machine.n_p * machine.L_m / machine.L_r * flux * across
+
+    @property
     def noise(self) -> float:
         """Deviation of each current sample that they are made for, in A: ``tuning.current_noise``, or that of the sensors, or
         0.1."""

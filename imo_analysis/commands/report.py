@@ -21,7 +21,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--small", action="store_true", help="leave out runs and pole sweep (20 MB) and the figures' own files")
     parser.add_argument("--markdown", action="store_true", help="the same as Markdown, too: index.md, with its figures")
     parser.add_argument("--pdf", action="store_true", help="the same as PDF, too: index.pdf; needs a browser")
-    parser.add_argument("--quiet", action="store_true", help="no lines of progress")
+    parser.add_argument("--quiet", action="store_true", help="no lines of progress, only what was found")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -56,7 +56,7 @@ def run(args: argparse.Namespace) -> int:
     others = len(written.files) - 1
     say(args, f"{written.folder}/index.html: open it in a browser; beside it {others} files, {figures} of them figures.")
     say(args, f"Ledger: {len(written.entries)} entries: {verdicts}.")
-    for line in written.found[:3]:
+    for line in written.own or written.found[:3]:
         say(args, line.replace("`", ""))
     if written.no_pdf:
         print(f"imo: {written.no_pdf}", file=sys.stderr)

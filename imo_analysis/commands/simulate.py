@@ -67,12 +67,15 @@ def _simulated(study: Any) -> Any:
 
 def _write(args: argparse.Namespace, study: Any, data: Any, fault: str | None) -> None:
     from imo_analysis.commands.output import emit_json, say
+    from imo_analysis.simulation.run import overload
     from imo_analysis.simulation.runfile import save_run
     from imo_analysis.simulation.summary import summary
 
     records = len(data["time"])
     end = records * study.simulation.record_every * study.simulation.sample_time
     say(args, f"{study.title}: {end:g} s of motor time, {records} records")
+    if too_much := overload(study):
+        say(args, f"  {too_much}")
     if args.out:
         save_run(data, args.out)
     plots = _plot(args, study, data) if args.plot and records > 1 else []
@@ -87,7 +90,7 @@ def _write(args: argparse.Namespace, study: Any, data: Any, fault: str | None) -
             alpha = "" if one["alpha_hat"] is None else f", alpha_hat {one['alpha_hat']:.4f} /s"
             say(args, f"  {name:<{width}} omega_hat {one['omega_hat']:.4f} rad/s{alpha}; second half: "
                       f"speed error rms {one['speed_error_rms']:.4g}, peak {one['speed_error_peak']:.4g} rad/s"
-                      + ("; it ends OFF the speed" if one["off"] else ""))
+                      + (f"; it ends OFF the speed{_by(one, data, study)}" if one["off"] else ""))
     for path in [*([args.out] if args.out else []), *plots]:
         say(args, f"wrote {path}")
     emit_json(args, schema="imo-simulate/1", data={
@@ -96,6 +99,18 @@ def _write(args: argparse.Namespace, study: Any, data: Any, fault: str | None) -
         "duration": end, "records": records, "diverged": fault, "observers": found,
         "out": args.out, "plots": plots,
     })
+
+
+def _by(one: dict[str, Any], data: Any, study: Any) -> str:
+    """By how much, in the mean over the last of the run."""
+    import numpy as np
+
+    from imo_analysis.simulation.judge import STRETCH, size
+
+    time = np.asarray(data["time"])
+    omega = float(np.mean(np.asarray(data["omega"])[time >= time[-1] - STRETCH]))
+    error = one["speed_error_end"]
+    return "" if error is None else f" by {size(error, omega, study.machine.n_p)}"
 
 
 def _plot(args: argparse.Namespace, study: Any, data: Any) -> list[str]:

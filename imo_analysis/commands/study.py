@@ -9,7 +9,7 @@ from imo_analysis.errors import InputError
 
 DESCRIPTION = """Write a study to start from, commented, or check a study and say what is in it. Without --machine it is the
 paper's; with a machine, one of that motor: rated flux, speed and torque, from its [nameplate] or as typical of such a machine,
-four observers with gains by the rule of thumb (imo_analysis.tuning.rule), and six runs that ask whether they work."""
+four observers with gains by the rule of thumb (imo_analysis.tuning.rule), and nine runs that ask whether they work."""
 EXAMPLE = "imo study --init study.toml\n  imo study --init study.toml --machine motor.toml\n  imo study study.toml"
 
 

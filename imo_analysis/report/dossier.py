@@ -40,6 +40,8 @@ class Written:
     entries : list of Entry
     found : list of str
         The findings of the first screen, a sentence each.
+    own : list of str
+        Those on a machine that is not the paper's, best observer first; else none.
     faults : list of str
         What diverged, by scenario; and errors of the ledger.
     no_pdf : str
@@ -51,6 +53,7 @@ class Written:
     entries: list[Entry]
     found: list[str]
     faults: list[str]
+    own: list[str]
     no_pdf: str = ""
 
 
@@ -131,7 +134,7 @@ def _move(work: Path, out: Path) -> None:
 
 def _compute(
     study: Study, work: Path, note: Callable[[str], None], runs: bool
-) -> tuple[list[tuple[str, str]], list[Entry], list[str], list[str]]:
+) -> tuple[list[tuple[str, str]], list[Entry], list[str], list[str], list[str]]:
     from imo_analysis.ledger.book import entries as settle_all
     from imo_analysis.report import drive, searched
     from imo_analysis.report.atlas import atlas
@@ -152,6 +155,7 @@ def _compute(
     from imo_analysis.report.growth import growth
     from imo_analysis.report.identifiability import identifiability
     from imo_analysis.report.modulation import modulation
+    from imo_analysis.report.own import advice, cures, overloads, standings, verdicts
     from imo_analysis.report.page import Html, page
     from imo_analysis.report.paper_machine import is_paper
     from imo_analysis.report.pencils import pencils
@@ -184,20 +188,27 @@ def _compute(
     files += [one for scenario in scenarios for one in scenario.files]
     found = [*poles.found, *findings(scenarios), *strays(scenarios, real.features, real.scenario)]
     judged, papers = _judged(scenarios), is_paper(study.machine)
-    chapters = [
-        ledger_chapter(entries, proved), notation_chapter(), machine_chapter(study.machine), theorem_chapter(entries, *grown),
-        pencils_chapter(poles, proved, papers, maps), simulations_chapter(study, scenarios, lost), drive_chapter(real),
-        tuned_chapter(judged_gains, searched.drawn(study, proved["searched"], work)),
-        excitation_chapter(judged, scenarios, possible, cured, moved, papers), reproduce_chapter(study, files),
-    ]
+    ledger = [ledger_chapter(entries, proved), notation_chapter()]
+    machine, theorem = machine_chapter(study.machine), theorem_chapter(entries, *grown)
+    frozen, runs_of = pencils_chapter(poles, proved, papers, maps), simulations_chapter(study, scenarios, lost)
+    gains = tuned_chapter(judged_gains, searched.drawn(study, proved["searched"], work))
+    excited = excitation_chapter(judged, scenarios, possible, cured, moved, papers)
+    last = reproduce_chapter(study, files)
+    chapters = ([*ledger, machine, theorem, frozen, runs_of, drive_chapter(real), gains, excited, last] if papers else
+                [runs_of, drive_chapter(real), gains, excited, frozen, machine, *ledger, theorem, last])
     title = f"imo report: {study.title}"
     footer = Html("Made by <code>imo report</code>. Formulas are set in a subset of STIX Math (SIL Open Font License 1.1).")
-    own = None if papers else own_machine(study, scenarios, judged, cured)
+    own, said = None, []
+    if not papers:
+        best = standings(study, scenarios, real.map)
+        both = [*overloads(study, scenarios), *advice(study, best, real.map, real.refused)], verdicts(study, best, real.map)
+        tried = cures(study, scenarios, cured.observer, cured.design) if cured and cured.design else []
+        own, said = own_machine(study, scenarios, best, both, judged, cured, tried), [*both[0], *both[1]]
     (work / "index.html").write_text(page(title, first_screen(study, entries, found, own), chapters, footer), encoding="utf-8")
     files += sorted((str(path.relative_to(work)), "figure") for path in work.glob("figures/*"))
     faults = [fault for entry in entries for fault in entry.errors]
     faults += [f"{scenario.title}: {scenario.fault}" for scenario in scenarios if scenario.fault]
-    return files, entries, found, faults
+    return files, entries, found, faults, said
 
 
 def _judged(scenarios: Sequence[Scenario]) -> list[ExcitationResult]:
@@ -279,5 +290,6 @@ def summary(written: Written) -> dict[str, Any]:
         "files": [{"name": name, "holds": meaning} for name, meaning in written.files],
         "verdicts": counts(written.entries),
         "errors": written.faults,
+        "own": written.own,
         "found": written.found,
     }

@@ -11,10 +11,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from imo_analysis.equations.catalogue import OBSERVERS
-from imo_analysis.equations.steady_state import slip_of_torque
 from imo_analysis.errors import InputError
 from imo_analysis.report.scenarios import Drawn, keep
+from imo_analysis.simulation.judge import R_S_OFF
 from imo_analysis.study import Study
 
 if TYPE_CHECKING:
@@ -22,11 +21,7 @@ if TYPE_CHECKING:
 
 FEATURES, MAP = "features.nc", "sensorless.nc"
 LONGEST, LATE = 6.0, 0.25  # s of the run for each feature, and the last share of it over which errors are taken
-PREFERRED = ("baseline", "repaired", "consistent_12")  # kinds in the map, the first two that the study has
-# Shares of the widest speed of the poles' sweep, dense where the stator frequency is near zero.
-SHARES = (0.0, 0.03, 0.06, 0.1, 0.15, 0.25, 0.4, 0.7)
-TORQUES = 9  # from braking to driving, at a slip of alpha (a torque current as large as the magnetising one) at the ends
-COLD = 0.05  # how much too large the stator resistance is that the observers of the map believe
+MOST = 4  # observers in the map: the first of the study
 
 
 @dataclass(frozen=True)
@@ -55,6 +50,7 @@ def compute(study: Study, folder: Path) -> str:
     """Run both and write them to ``folder``; the text says why there is no map, or is empty."""
     from imo_analysis.simulation.runfile import write_netcdf
     from imo_analysis.sweeps.feature_costs import feature_costs
+    from imo_analysis.sweeps.sensorless_map import study_map
 
     name = featured(study)
     if name is not None:
@@ -63,7 +59,7 @@ def compute(study: Study, folder: Path) -> str:
         short = chosen.changed({"simulation.duration": stop, "windows": []})
         write_netcdf(_with_layers(feature_costs(short, (1 - LATE) * stop, stop), short, study), folder / FEATURES)
     try:
-        write_netcdf(_map(study), folder / MAP)
+        write_netcdf(study_map(study, list(study.observers)[:MOST], jobs=1), folder / MAP)
     except InputError as error:
         return str(error)
     return ""
@@ -87,23 +83,6 @@ def _with_layers(costs: xr.Dataset, short: Study, study: Study) -> xr.Dataset:
         layer_of_study=("observer", layers[1], {"units": "1/s", "long_name": "layer of (10) in the study's own observers"}))
 
 
-def _map(study: Study) -> xr.Dataset:
-    """The plane of speed and torque of the study's machine, its observers right but for the stator resistance."""
-    from imo_analysis.sweeps.sensorless_map import sensorless_map
-
-    machine = study.machine
-    by_kind = {settings.kind: name for name, settings in reversed(study.observers.items())}
-    names = ([by_kind[kind] for kind in PREFERRED if kind in by_kind] or list(study.observers))[:2]
-    alpha = {f"observers.{name}.initial.alpha_hat": machine.alpha for name in names
-             if "alpha_hat" in OBSERVERS[study.observers[name].kind].states}
-    believed = {f"observers.{name}.errors.R_s": COLD for name in names}
-    cold = study.changed({"drive.feedback": "measured", "windows": []}).only(names).changed(alpha | believed)
-    widest = max(abs(study.poles.sweep.start), abs(study.poles.sweep.stop))
-    omega = widest * np.array([-share for share in SHARES[:0:-1]] + list(SHARES))
-    reach = machine.alpha / slip_of_torque(1.0, study.drive.flux, machine.n_p, machine.L_r, machine.alpha)
-    return sensorless_map(cold, omega.tolist(), np.linspace(-reach, reach, TORQUES).tolist(), jobs=1)
-
-
 def drawn(study: Study, folder: Path, refused: str, keep_files: bool) -> DriveResult:
     """Read what `compute` left in ``folder`` and draw it; without ``keep_files`` the files go."""
     from imo_analysis.drawing import rasterized
@@ -121,9 +100,9 @@ def drawn(study: Study, folder: Path, refused: str, keep_files: bool) -> DriveRe
                  "Error of the estimated speed with nothing of a real drive, with each part alone, and with all; a cross at "
                  "the right end: the observer diverged.") if features is not None else None
     second = keep(folder, "sensorless", rasterized(sensorless_figure(plane)),
-                  f"Error of the speed with the loop closed on each estimate, the observers believing {100 * COLD:g} % too "
-                  "much stator resistance. Hatched: it does not hold. Dashed: zero stator "
-                  "frequency.") if plane is not None else None
+                  f"Error of the speed with the loop closed on each estimate, the observers believing {100 * R_S_OFF:g} % too "
+                  "much stator resistance. Hatched: it does not hold. Dashed: zero stator frequency. Made by "
+                  "`imo sweep study.toml --sensorless --plot map.svg`.") if plane is not None else None
     name = featured(study) or ""
     title = (study.scenario(name) if name else study).title  # without features nothing shows it
     return DriveResult(features, first, plane, second, refused, title, files)

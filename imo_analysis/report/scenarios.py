@@ -15,7 +15,7 @@ from imo_analysis.errors import Diverged
 from imo_analysis.report import captions
 from imo_analysis.report.drift import DriftRow, drift_figure, drift_rows, explanations
 from imo_analysis.report.metrics import Resting, StepResponse, resting, step_responses
-from imo_analysis.simulation.summary import OFF, STRETCH, follows
+from imo_analysis.simulation.judge import OFF, STRETCH, follows, limit
 from imo_analysis.study import Study
 
 if TYPE_CHECKING:
@@ -223,7 +223,7 @@ def _share(step: int) -> str:
     return "every recorded sample" if step == 1 else f"one recorded sample in {step}"
 
 
-def _resting(run: xr.Dataset, study: Study) -> list[Resting]:
+def resting_of(run: xr.Dataset, study: Study) -> list[Resting]:
     """The state just before every change of the reference, and at the end: the mean of `STRETCH`, or of a quarter of the time
     since the change before where that is less."""
     end = float(run["time"].values[-1])
@@ -233,8 +233,14 @@ def _resting(run: xr.Dataset, study: Study) -> list[Resting]:
             for one in resting(run, study.machine.beta, instant, min(STRETCH, (instant - before) / 4))]
 
 
+def at_end(scenario: Scenario) -> list[Resting]:
+    """Where every observer stands at the end of a run."""
+    end = scenario.resting[-1].time
+    return [one for one in scenario.resting if one.time == end]
+
+
 def outcome(one: Resting) -> str:
-    """Whether an estimate is the speed there, by `imo_analysis.simulation.summary.follows`: tracks, is off, or is lost."""
+    """Whether an estimate is the speed there, by `imo_analysis.simulation.judge`: tracks, is off, or is lost."""
     if math.isnan(one.omega_hat):
         return "is lost"
     return "tracks" if follows(one.omega - one.omega_hat, one.rms, one.omega) else "is off"
@@ -282,13 +288,13 @@ def _outcome(run: xr.Dataset, name: str, source: str) -> Divergence:
     time, omega = run["time"].values, run["omega"].values
     error = np.abs(omega - run["omega_hat"].sel(observer=name).values)
     finite = np.isfinite(error)
-    near = np.flatnonzero(error <= OFF * np.maximum(np.abs(omega), 1.0))
+    near = np.flatnonzero(error <= limit(omega))
     if not finite.all():
         after = f"{time[near[-1]]:.3g} s" if near.size else "the start"
         over = float(time[finite.argmin()])
         return Divergence(name, source, True, over, f"loses the speed for good at {after}: from then on more than "
                           f"{100 * OFF:g} % off. The integration with its fixed step overflows at {over:.3f} s")
-    off = bool(error[-1] > OFF * max(abs(omega[-1]), 1.0))
+    off = bool(error[-1] > limit(omega[-1]))
     stays = "stays finite and ends off the speed" if off else "stays"
     outcome = f"{stays}; its speed error is {error[-1]:.2g} rad/s after {time[-1]:.3g} s"
     return Divergence(name, source, False, math.nan, outcome, off)

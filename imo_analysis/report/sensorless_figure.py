@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
 # Errors in rad/s at the ends of the colours, logarithmic.
 _LEAST, _MOST = 0.1, 100.0
+ROW = 3  # panels beside each other; more stand in two rows
 
 
 @in_style
@@ -33,10 +34,13 @@ def sensorless_figure(data: xr.Dataset) -> Figure:
     from matplotlib.colors import LogNorm
 
     names = [str(name) for name in data["observer"].values]
-    figure, axes = new_figure(1, len(names), width=2.0 + 2.6 * len(names), height=3.1, sharey=True, squeeze=False)
+    rows = 1 if len(names) <= ROW else 2
+    columns = -(-len(names) // rows)
+    figure, axes = new_figure(rows, columns, width=2.0 + 2.6 * columns, height=0.3 + 2.8 * rows, sharex=True, sharey=True,
+                              squeeze=False)
     omega, torque = data["omega"].values, data["T_l"].values
     picture = None
-    for panel, name in zip(axes[0], names, strict=True):
+    for panel, name in zip(axes.flat, names, strict=False):
         one = data.sel(observer=name)
         error = np.clip(one["speed_error"].values, _LEAST, _MOST)
         picture = panel.pcolormesh(omega, torque, error, norm=LogNorm(_LEAST, _MOST), cmap="cividis_r", shading="nearest",
@@ -51,10 +55,14 @@ def sensorless_figure(data: xr.Dataset) -> Figure:
         panel.contour(omega, torque, data["stator_frequency"].values, levels=[0.0], colors="#1a1a1a", linestyles="--",
                       linewidths=1.1)
         panel.set_title(f"{name}: holds at {100 * one['holds'].values.mean():.0f} %")
-        panel.set_xlabel("speed, electrical (rad/s)")
         panel.grid(visible=False)
-    axes[0][0].set_ylabel("load torque (N m)")
+    for panel in axes.flat[len(names):]:
+        panel.set_visible(False)
+    for panel in axes[-1]:
+        panel.set_xlabel("speed, electrical (rad/s)")
+    for panel in axes[:, 0]:
+        panel.set_ylabel("load torque (N m)")
     if picture is not None:
-        bar = figure.colorbar(picture, ax=list(axes[0]), pad=0.01, extend="both")
+        bar = figure.colorbar(picture, ax=list(axes.flat), pad=0.01, extend="both")
         bar.set_label("error of the speed (rad/s)")
     return figure

@@ -207,6 +207,14 @@ def _attributes(name: str) -> dict[str, Any]:
     return {"units": entry.unit, "long_name": entry.meaning, "latex": entry.latex}
 
 
+def overload(study: Study) -> str:
+    """That the load is more than the machine can give, in a sentence; empty where it is not."""
+    load, most = max(map(abs, study.load_torque.T_l), default=0.0), study.torque_limit
+    return "" if load <= most else (
+        f"the load reaches {load:.4g} N m (load.T_l), and this machine gives at most {most:.4g} N m with drive.flux = "
+        f"{study.drive.flux:.4g} Wb and drive.current_limit = {study.drive.current_limit:.4g} A")
+
+
 def _diverged(study: Study, order: list[str], data: Labelled, lost: Any) -> Diverged:
     """The fault that names who was lost, when, and the last state on record."""
     who = ["the machine", *(f"observer {name}" for name in order)]
@@ -214,6 +222,8 @@ def _diverged(study: Study, order: list[str], data: Labelled, lost: Any) -> Dive
     found = sorted((int(sample), n) for n, sample in enumerate(lost) if sample >= 0)
     texts = [f"{who[n]} diverged at t = {sample * T:.6g} s" for sample, n in found]
     sample, n = found[0]
+    if lost[0] >= 0 and (too_much := overload(study)):
+        texts.append(too_much)
     states = PLANT_STATES if n == 0 else OBSERVERS[study.observers[order[n - 1]].kind].states
     row = math.ceil(sample / study.simulation.record_every) - 1
     last: dict[str, float] = {}

@@ -230,13 +230,13 @@ class Lanes:
             lines += [
                 f"y = ({y})",
                 f"lost = rows[TALLY{n + 1} + l]",
-                f"sums = tallied({_tally(n, 1, 5)}, lost, rows[STATE4 + l], y[{kind.states.index('omega_hat')}], phi,"
+                f"sums = tallied({_tally(n, 1, 6)}, lost, rows[STATE4 + l], y[{kind.states.index('omega_hat')}], phi,"
                 f" flux_{n}(y, seen, {beta}), band, number)",
-                *[f"rows[TALLY{n + 1} + {(1 + j) * WIDTH} + l] = sums[{j}]" for j in range(5)],
+                *[f"rows[TALLY{n + 1} + {(1 + j) * WIDTH} + l] = sums[{j}]" for j in range(6)],
             ]
             if "xi_1_hat" in kind.states:
-                lines += [f"more = excited({_tally(n, 6, 7)}, lost, seen, y[:2], y[2:4], y[4:6], {beta}, {L_m})",
-                          *[f"rows[TALLY{n + 1} + {(6 + j) * WIDTH} + l] = more[{j}]" for j in range(7)]]
+                lines += [f"more = excited({_tally(n, 7, 7)}, lost, seen, y[:2], y[2:4], y[4:6], {beta}, {L_m})",
+                          *[f"rows[TALLY{n + 1} + {(7 + j) * WIDTH} + l] = more[{j}]" for j in range(7)]]
         return lines
 
     def _source(

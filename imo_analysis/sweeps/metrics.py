@@ -107,6 +107,7 @@ def summed(study: Study, run: Labelled, window: tuple[int, int]) -> Summary:
         flux = (run["phi_dr"] - run["phi_dr_hat"][n]) ** 2 + (run["phi_qr"] - run["phi_qr_hat"][n]) ** 2
         outside = number[inside & ~(speed <= band)]
         found = {"lost": gone, "speed_square": np.sum(speed[well] ** 2), "speed_peak": np.max(speed[well], initial=0.0),
+                 "speed_sum": np.sum((run["omega"] - run["omega_hat"][n])[well]),
                  "flux_square": np.sum(flux[well]), "flux_peak": np.max(flux[well], initial=0.0),
                  "outside": float(outside[-1]) if outside.size else -1.0}
         if "xi_1_hat" in OBSERVERS[study.observers[name].kind].states:

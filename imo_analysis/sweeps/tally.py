@@ -8,7 +8,7 @@ from imo_analysis.equations.excitation import alpha_direction, speed_direction
 
 # Rows of a tally: the machine's, every observer's, and those of an observer with z_hat and xi_hat.
 MACHINE = ("lost",)
-OBSERVER = ("lost", "speed_square", "speed_peak", "flux_square", "flux_peak", "outside")
+OBSERVER = ("lost", "speed_square", "speed_peak", "flux_square", "flux_peak", "outside", "speed_sum")
 REGRESSOR = ("v_1d", "v_1q", "v_2d", "v_2q", "v_11", "v_12", "v_22")
 
 
@@ -18,13 +18,14 @@ def watched(lost, size, bound, number):
 
 
 def tallied(tally, lost, omega, omega_hat, phi, phi_hat, band, number):
-    """`OBSERVER` without ``lost``: sums of squared errors, largest errors, the last record at which the speed was off.
+    """`OBSERVER` without ``lost``: sums of (squared) errors, largest errors, the last record at which the speed was off.
 
     ``number`` is that of the record, ``band`` the error in rad/s above which the speed is off.
     """
-    speed_square, speed_peak, flux_square, flux_peak, outside = tally
+    speed_square, speed_peak, flux_square, flux_peak, outside, speed_sum = tally
     well = lost < 0.0
-    speed = abs(omega - omega_hat)
+    error = omega - omega_hat
+    speed = abs(error)
     flux_d = phi[0] - phi_hat[0]
     flux_q = phi[1] - phi_hat[1]
     flux = flux_d * flux_d + flux_q * flux_q
@@ -34,6 +35,7 @@ def tallied(tally, lost, omega, omega_hat, phi, phi_hat, band, number):
         flux_square + (flux if well else 0.0),
         max(flux_peak, flux if well else 0.0),
         outside if speed <= band else number,
+        speed_sum + (error if well else 0.0),
     )
 
 

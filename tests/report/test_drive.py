@@ -4,19 +4,25 @@ import math
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
+import xarray as xr
 
+from imo_analysis.errors import Diverged
 from imo_analysis.ledger.book import entries
 from imo_analysis.report import drive
 from imo_analysis.report.chapters.drive import drive_chapter
 from imo_analysis.report.chapters.machine import machine_chapter
-from imo_analysis.report.chapters.own_machine import own_machine, verdicts
+from imo_analysis.report.chapters.own_machine import own_machine, tried_on
 from imo_analysis.report.chapters.verdicts import first_screen
 from imo_analysis.report.metrics import Resting
+from imo_analysis.report.own import Cured, advice, cures, overloads, standings, verdicts
 from imo_analysis.report.page import Html
 from imo_analysis.report.paper_machine import is_paper
-from imo_analysis.report.scenarios import ExcitationResult, Scenario, outcome
+from imo_analysis.report.scenarios import ExcitationResult, Scenario, outcome, resting_of
+from imo_analysis.simulation.run import simulate
 from imo_analysis.study import Study
+from imo_analysis.tuning.start import study_of
 
 
 @pytest.fixture(scope="module")
@@ -80,11 +86,16 @@ def test_this_machine_stands_above_the_paper(paper: Study) -> None:
     scenario = Scenario("run", "the run", "", [], [], states, [], [], None, "")
     lost = {"conditions": {"reduced": {"holding": 0, "windows": 9, "lost": [{"text": "alpha_hat against omega_hat"}]}}}
     judged = [ExcitationResult("the run", lost, None)]  # type: ignore[arg-type]
-    block = own_machine(study, [scenario], judged, None)
-    for word in ("tracks", "is off", "is lost", "cannot be told apart", "0 of 9 windows", "What would cure it"):
+    block = own_machine(study, [scenario], standings(study, [scenario], None), (["take one"], ["one is good"]), judged, None)
+    for word in ("take one", "one is good", "tracks", "off, 30 rad/s (30 %, 143 r/min)", "is lost", "cannot be told apart",
+                 "0 of 9 windows", "was not designed"):
         assert word in block
-    screen = first_screen(study, entries(("flint",)), [], Html(block))
-    assert screen.index("This machine") < screen.index('class="tiles"')
+    assert block.index("take one") < block.index("one is good") < block.index("off, 30 rad/s")
+    screen = first_screen(study, entries(("flint",)), ["a number"], Html(block))
+    assert (screen.index("Which observers of speed work") < screen.index("take one") < screen.index("a number")
+            < screen.index("About the paper, not this machine") < screen.index('class="tiles"'))
+    papers = first_screen(paper, entries(("flint",)), ["a number"])
+    assert papers.index('class="tiles"') < papers.index("a number") and "About the paper" not in papers
 
 
 def rest(name: str, omega: float, error: float, rms: float) -> Resting:
@@ -92,14 +103,123 @@ def rest(name: str, omega: float, error: float, rms: float) -> Resting:
 
 
 @pytest.mark.parametrize(("error", "omega", "rms", "said"), [
-    (0.1, 100.0, 0.2, "tracks"), (2.1, 100.0, 2.1, "is off"), (math.nan, 1.0, math.nan, "is lost"), (0.03, 0.0, 0.03, "is off"),
+    (0.1, 100.0, 0.2, "tracks"), (2.1, 100.0, 2.1, "is off"), (math.nan, 1.0, math.nan, "is lost"),
+    (1.01, 0.0, 1.01, "is off"), (0.9, 10.0, 1.0, "tracks"),
     (0.0, 100.0, 9.9, "tracks"), (0.0, 100.0, 10.1, "is off")])
 def test_an_outcome_is_of_the_mean_and_of_the_noise(error: float, omega: float, rms: float, said: str) -> None:
     assert outcome(rest("one", omega, error, rms)) == said
 
 
-def test_verdicts_on_the_observers() -> None:
-    runs = [Scenario(title, title, "", [], [], [rest("a", 100.0, 0.0, 0.1), rest("b", 100.0, error, 0.1)], [], [], None, "",
-                     driver=driver) for title, error, driver in (("idle", 0.0, ""), ("braking", 50.0, "a"))]
-    assert verdicts(runs) == ["`a` tracks in all of 2 runs. It drives the machine in: braking.",
-                              "`b` tracks in 1 of 2 runs; it is off in: braking."]
+def plane_of(holds: dict[str, float], limits: dict[str, list[tuple[float, float]]]) -> xr.Dataset:
+    """A map with one point of speed and load in ten, and these limits of R_s at 100 and 20 rad/s."""
+    names, speeds = list(holds), np.linspace(10.0, 100.0, 10)
+    well = np.array([[np.arange(10) < 10 * share] for share in holds.values()])
+    error = np.where(well, 0.5, 30.0)
+    both = np.array([limits[name] for name in names])
+    return xr.Dataset(
+        {"holds": (("observer", "T_l", "omega"), well.astype(np.int8)), "speed_error": (("observer", "T_l", "omega"), error),
+         "R_s_low": (("observer", "limit_omega"), both[..., 0]), "R_s_high": (("observer", "limit_omega"), both[..., 1])},
+        {"observer": names, "T_l": [8.0], "omega": speeds, "limit_omega": [100.0, 20.0]},
+        {"R_s_error": 0.05, "limit_torque": 8.0})
+
+
+@pytest.fixture
+def two_runs() -> list[Scenario]:
+    """Idle, where both track; and braking, where `repaired` is 50 rad/s off and `baseline` drives."""
+    return [Scenario(title, title, "", [], [],
+                     [rest("baseline", 100.0, 0.0, 0.1), rest("repaired", 100.0, error, error + 0.1)],
+                     [], [], None, "", driver=driver) for title, error, driver in (("idle", 0.0, ""), ("braking", 50.0, "baseline"))]
+
+
+PLATE = ('[nameplate]\npower = "7.5 kW"\nvoltage = "400 V"\ncurrent = "15.2 A"\nfrequency = "50 Hz"\nspeed = "1455 rpm"\n'
+         'power_factor = 0.84\n[machine]\nJ = 0.03\n')
+WIDE, NARROW, NEVER = [(-0.5, 0.13), (-0.07, 0.06)], [(-0.2, 0.007), (-0.04, 0.01)], [(math.nan, math.nan)] * 2
+
+
+def test_verdicts_on_the_observers(paper: Study, two_runs: list[Scenario]) -> None:
+    """Best first by the map, whatever the runs say; sizes in rad/s, per cent and r/min (two pole pairs)."""
+    study = other(paper)
+    plane = plane_of({"baseline": 0.2, "repaired": 1.0}, {"baseline": NARROW, "repaired": WIDE})
+    found = standings(study, two_runs, plane)
+    assert [one.observer for one in found] == ["repaired", "baseline"]
+    first, second = verdicts(study, found, plane)
+    assert "with R_s believed 5 % too high, the machine holds at 100 % of the points" in first
+    assert "at 20 % of the points" in second
+    assert "off by 0.5 rad/s (0.5 %, 2.39 r/min)" in first and "off by 30 rad/s (30 %, 143 r/min)" in second
+    assert "from 50 % or more too low to 13 % too high" in first and "from 20 % too low to 0.7 % too high" in second
+    assert first.endswith("It tracks in 1 of 2 runs, worst in “braking”, where it is off by 50 rad/s (50 %, 239 r/min) "
+                          "(`baseline` drives).")
+    assert second.endswith("It tracks in all of 2 runs.")
+    never = plane_of({"baseline": 0.9, "repaired": 0.1}, {"baseline": WIDE, "repaired": NEVER})
+    turned = standings(study, two_runs, never)
+    assert [one.observer for one in turned] == ["baseline", "repaired"]
+    assert "not even with the right R_s" in verdicts(study, turned, never)[1]
+    assert [one.observer for one in standings(study, two_runs, None)] == ["baseline", "repaired"], "without a map by the runs"
+
+
+def test_which_to_take_or_that_none_works(paper: Study, two_runs: list[Scenario]) -> None:
+    study = other(paper)
+
+    def said(limits: dict[str, list[tuple[float, float]]]) -> str:
+        plane = plane_of({"baseline": 0.2, "repaired": 0.6}, limits)
+        return advice(study, standings(study, two_runs, plane), plane, "")[0]
+
+    one = said({"baseline": NARROW, "repaired": WIDE})
+    assert one.startswith("Take `repaired`:") and "at 100 rad/s (477.5 r/min) and 8 N m" in one
+    assert one.endswith("It does not with `baseline`.")
+    other_way = said({"baseline": WIDE, "repaired": NARROW})
+    assert other_way.startswith("Take `baseline`:"), "the best that works, not the best of the map"
+    assert "does not with" not in said({"baseline": WIDE, "repaired": WIDE})
+    none = said({"baseline": NARROW, "repaired": NARROW})
+    assert none.startswith("None of these observers works") and "The best of them is `repaired`" in none
+    assert "was not computed: no batch." in advice(study, standings(study, two_runs, None), None, "no batch")[0]
+
+
+def test_what_the_stator_resistance_is_worth(paper: Study, two_runs: list[Scenario], tmp_path: Path) -> None:
+    """A plate without R_s: it is a guess, and the screen says so; with a measured one it does not."""
+    plane = plane_of({"baseline": 1.0, "repaired": 0.6}, {"baseline": WIDE, "repaired": WIDE})
+    for more, guessed in (("", True), ('R_s = "1.2 ohm"\n', False)):
+        file = tmp_path / "motor.toml"
+        file.write_text(PLATE + more, encoding="utf-8")
+        study = Study.from_toml(study_of(str(file)))
+        decides = advice(study, standings(study, two_runs, plane), plane, "")[1]
+        assert ("only an estimate from the name plate" in decides) == guessed and f"{study.machine.R_s:.4g} Ω" in decides
+
+
+def test_a_load_that_no_machine_carries(paper: Study, two_runs: list[Scenario]) -> None:
+    limit = paper.torque_limit
+    i = np.sqrt(paper.drive.current_limit**2 - (paper.drive.flux / paper.machine.L_m) ** 2)
+    assert limit == pytest.approx(1.5 * 2 * paper.machine.L_m / paper.machine.L_r * paper.drive.flux * i)
+    for share, carried in ((0.97, True), (1.03, False)):
+        run = simulate(paper.changed({
+            "reference": {"shape": "steps", "time": [0.0], "omega": [0.0]}, "simulation.duration": 2.0, "windows": [],
+            "load": {"shape": "linear", "time": [0.0, 1.0], "T_l": [0.0, share * limit]}}))
+        assert (abs(float(run["omega"][-1])) < 10.0) == carried, share
+    assert overloads(paper, two_runs) == []
+    too_much, = overloads(paper.changed({"load.T_l": [2 * limit] * len(paper.load_torque.T_l)}), two_runs[:1])
+    assert f"the load reaches {2 * limit:.4g} N m" in too_much and f"at most {limit:.4g} N m" in too_much
+    with pytest.raises(Diverged, match=f"at most {limit:.4g} N m"):
+        simulate(paper.changed({"load.T_l": [20 * limit] * len(paper.load_torque.T_l), "simulation.duration": 3.0}))
+
+
+@pytest.mark.slow
+def test_a_cure_is_tried_on_the_runs_that_need_it(tmp_path: Path) -> None:
+    """A modulation cures a wrong alpha; it does not cure a wrong stator resistance."""
+    from imo_analysis.excitation.design import design
+    from imo_analysis.excitation.design_check import plant_of, wanted_of
+
+    file = tmp_path / "motor.toml"
+    file.write_text(PLATE, encoding="utf-8")
+    study = Study.from_toml(study_of(str(file)))
+    found, _ = design(plant_of(study, "repaired"), wanted_of(study, "repaired", torque_limit=0.01 * study.largest_torque))
+    runs = []
+    for name in ("load", "alpha", "warm"):
+        chosen = study.scenario(name)
+        runs.append(Scenario(name, name, "", [], [], resting_of(simulate(chosen), chosen), [], [], None, ""))
+    tried = {one.title: one for one in cures(study, runs, "repaired", found)}
+    assert set(tried) == {"alpha", "warm"}, "the run in which it tracks needs none"
+    text = tried_on("repaired", list(tried.values()), 2)
+    assert "With it `repaired` tracks in “alpha”" in text and "It does not cure “warm”" in text
+    assert "tracks in every run" in tried_on("repaired", [], 2)
+    well = Cured("x", rest("r", 100.0, 9.0, 9.0), rest("r", 100.0, 0.1, 0.1))
+    assert "does not cure" not in tried_on("r", [well], 2) and "(9 rad/s to 0.1 rad/s)" in tried_on("r", [well], 2)

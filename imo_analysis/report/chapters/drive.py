@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from imo_analysis.report.drive import COLD, DriveResult
+from imo_analysis.report.drive import DriveResult
+from imo_analysis.report.own import per_cent
 from imo_analysis.report.page import Chapter, Html, answer, figure, join, number, prose, table, tag
 from imo_analysis.report.words import typeset
+from imo_analysis.simulation.judge import R_S_OFF, STRETCH, criterion
 from imo_analysis.sweeps.feature_costs import NONE
 
 if TYPE_CHECKING:
@@ -144,14 +146,29 @@ def _map(result: DriveResult) -> list[Html]:
         rf"""
 At every point the drive starts from standstill, goes to the speed, is loaded, and holds both, on nothing but the estimates of
 speed and flux, and the reference for the direction of rotation. The points are denser at low speeds. The observers believe
-{100 * COLD:g} % too much stator resistance. It holds where the speed and its estimate end
-within {plane.attrs["band"]:g} rad/s of what was wanted.
-"""), answer(*lines), figure(drawn.svg, drawn.caption, drawn.caption, drawn.file), prose(
+{100 * R_S_OFF:g} % too much stator resistance. It holds where over the last {STRETCH:g} s the mean error of the estimate,
+and at the end the distance of the speed from the wanted one, are within {criterion()}.
+"""), answer(*lines), figure(drawn.svg, drawn.caption, drawn.caption, drawn.file), *_limits(plane), prose(
         r"""
 The stator frequency is speed plus slip, and the slip has the sign of the torque: braking, it passes zero at a speed that is not
 zero. There a rotor flux of constant magnitude stands still, the currents say nothing about the speed, and a small error of the
 stator resistance decides.
 """ + ("That makes a wedge of the plane, around the dashed line, in which holding is luck." if wedge else ""))]
+
+
+def _limits(plane: xr.Dataset) -> list[Html]:
+    """How far the stator resistance may be off, by observer and speed."""
+    rows = []
+    for name in plane["observer"].values:
+        for omega in plane["limit_omega"].values:
+            one = plane.sel(observer=name, limit_omega=omega)
+            low, high = float(one["R_s_low"]), float(one["R_s_high"])
+            held = not math.isnan(low)
+            rows.append((tag("code", str(name)), number(float(omega)), *(
+                (per_cent(low), per_cent(high)) if held else ("does not hold with the right one", "–"))))
+    head = ("observer", "speed (rad/s)", "believed too low by", "believed too high by")
+    about = f"Within which errors of $R_s$ the loop holds, at {plane.attrs['limit_torque']:.4g} N m"
+    return [table(head, rows, about, (1, 2, 3))]
 
 
 def _lost_near_and_far(plane: xr.Dataset, name: object) -> tuple[float, float]:
@@ -169,7 +186,7 @@ def _where(plane: xr.Dataset, name: object) -> str:
     near = np.abs(frequency) <= NEAR * np.abs(frequency).max()
     braking = plane["T_l"].values[:, None] * plane["omega"].values[None, :] < 0
     if not lost.any():
-        return "It is lost nowhere."
-    return (f"It is lost at {lost[near].sum()} of the {near.sum()} points within {100 * NEAR:g} % of the largest stator "
+        return "It fails nowhere."
+    return (f"It fails at {lost[near].sum()} of the {near.sum()} points within {100 * NEAR:g} % of the largest stator "
             f"frequency around zero ({lost[near & braking].sum()} of them braking), and at {lost[~near].sum()} of the other "
             f"{(~near).sum()}.")

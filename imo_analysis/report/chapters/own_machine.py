@@ -1,4 +1,4 @@
-"""The block on top of the first screen for a machine that is not the paper's: what works on it, and what would help."""
+"""The block on top of the first screen for a machine that is not the paper's: which observer works, how far off, and why."""
 
 from __future__ import annotations
 
@@ -7,31 +7,78 @@ from collections.abc import Sequence
 
 from imo_analysis.report.metrics import Resting
 from imo_analysis.report.modulation import Modulation
-from imo_analysis.report.page import Html, inline, join, number, table, tag
-from imo_analysis.report.scenarios import ExcitationResult, Scenario, outcome
+from imo_analysis.report.own import Cured, Standing
+from imo_analysis.report.page import Html, answer, inline, join, number, table, tag
+from imo_analysis.report.scenarios import ExcitationResult, Scenario, at_end, outcome
 from imo_analysis.report.words import typeset
-from imo_analysis.simulation.summary import OFF, STRETCH
+from imo_analysis.simulation.judge import STRETCH, criterion, size
 from imo_analysis.study import Study
 
 
 def own_machine(
-    study: Study, scenarios: Sequence[Scenario], results: Sequence[ExcitationResult], cured: Modulation | None
+    study: Study, scenarios: Sequence[Scenario], found: Sequence[Standing], said: tuple[Sequence[str], Sequence[str]],
+    results: Sequence[ExcitationResult], cured: Modulation | None, tried: Sequence[Cured] = (),
 ) -> Html:
-    """A verdict on each observer, how it tracks in each run, whether alpha can be told from the speed, and what cures it."""
-    head = ("run", "observer", "speed", "mean error at the end (rad/s)", "rms error there (rad/s)",
-            "largest mean error (rad/s)", r"$\hat{\alpha} - \alpha$ (1/s)")
-    rows = [row for scenario in scenarios for row in _rows(scenario)]
+    """What to take and why, a verdict on each observer, its errors in each run, and what a modulation of the flux cures.
+
+    Parameters
+    ----------
+    study : Study
+    scenarios : sequence of Scenario
+    found : sequence of Standing
+        Best first.
+    said : tuple of 2 sequence of str
+        `imo_analysis.report.own.advice` and `imo_analysis.report.own.verdicts`.
+    results : sequence of ExcitationResult
+    cured : Modulation, optional
+    tried : sequence of Cured
+        The runs in which its observer is off, with the modulation.
+    """
+    order = [one.observer for one in found]
+    advice, verdicts = said
+    where = tag("a", "the chapter on a drive as it is", href="#drive")
     return join(
         [
-            tag("h2", "This machine", class_="sub"),
-            tag("ul", *(tag("li", inline(line)) for line in verdicts(scenarios)), class_="verdicts"),
-            table(head, rows, rf"{_alphas(study, scenarios)} Speeds are electrical. An estimate is judged by the last "
-                              f"{STRETCH:g} s, or the last quarter of a shorter piece: it tracks where its mean error is below "
-                              f"{100 * OFF:g} % of the speed. The largest is that of the stretches before each change of the "
-                              "reference and before the end.", (3, 4, 5, 6)),
-            tag("ul", *(tag("li", line) for line in (*_identifiable(results), _cure(cured)))),
+            answer(*(typeset(line) for line in advice)),
+            tag("h2", "Observer by observer, best first", class_="sub"),
+            tag("ol", *(tag("li", typeset(line)) for line in verdicts), class_="verdicts"),
+            tag("p", "Ordered by the share of the points of the map at which the loop closed on it holds, in ", where,
+                "; then by the runs in which it tracks.", class_="note"),
+            _errors(scenarios, order, study.machine.n_p),
+            tag("details", tag("summary", "The same runs in more numbers"), _table(study, scenarios, order), class_="more"),
+            tag("ul", *(tag("li", line) for line in (*_identifiable(results), _cure(cured, tried, study.machine.n_p)))),
         ]
     )
+
+
+def _errors(scenarios: Sequence[Scenario], order: Sequence[str], n_p: int) -> Html:
+    """The mean error at the end of each run, an observer a column."""
+    rows = []
+    for scenario in scenarios:
+        ends = {one.observer: one for one in at_end(scenario)}
+        row: list[object] = [scenario.title]
+        for name in order:
+            one = ends.get(name)
+            watches = scenario.driver not in ("", name)
+            row.append("–" if one is None else _cell(one, n_p) + (" (watches)" if watches else ""))
+        rows.append(row)
+    return table(("run", *(f"`{name}`" for name in order)), rows,
+                 "Where the estimates end: whether it tracks, and its mean error in rad/s, electrical, in per cent of the "
+                 f"speed, and in r/min of the shaft. It tracks where that is within {criterion()}.")
+
+
+def _cell(one: Resting, n_p: int) -> str:
+    said = outcome(one)
+    return said if said == "is lost" else f"{said.removeprefix('is ')}, {size(one.omega - one.omega_hat, one.omega, n_p)}"
+
+
+def _table(study: Study, scenarios: Sequence[Scenario], order: Sequence[str]) -> Html:
+    head = ("run", "observer", "speed", "mean error at the end (rad/s)", "rms error there (rad/s)",
+            "largest mean error (rad/s)", r"$\hat{\alpha} - \alpha$ (1/s)")
+    rows = [row for scenario in scenarios for row in _rows(scenario, order)]
+    return table(head, rows, rf"{_alphas(study, scenarios)} Speeds are electrical. An estimate is judged by the last "
+                             f"{STRETCH:g} s, or the last quarter of a shorter piece. The largest is that of the stretches "
+                             "before each change of the reference and before the end.", (3, 4, 5, 6))
 
 
 def _alphas(study: Study, scenarios: Sequence[Scenario]) -> str:
@@ -41,27 +88,9 @@ def _alphas(study: Study, scenarios: Sequence[Scenario]) -> str:
     return rf"$\alpha = {study.machine.alpha:.4g}$ /s" + (f" ({'; '.join(others)})." if others else ".")
 
 
-def _ends(scenario: Scenario) -> list[Resting]:
-    end = scenario.resting[-1].time
-    return [one for one in scenario.resting if one.time == end]
-
-
-def verdicts(scenarios: Sequence[Scenario]) -> list[str]:
-    """A sentence on each observer: in how many runs it tracks, where it does not, and whether it drives."""
-    lines = []
-    for name in dict.fromkeys(one.observer for scenario in scenarios for one in _ends(scenario)):
-        found = {scenario.title: outcome(one) for scenario in scenarios for one in _ends(scenario) if one.observer == name}
-        fails = {title: said for title, said in found.items() if said != "tracks"}
-        drives = [scenario.title for scenario in scenarios if scenario.driver == name]
-        line = f"`{name}` tracks in {'all' if not fails else len(found) - len(fails) or 'none'} of {len(found)} runs"
-        line += "".join(f"; it {said} in: {title}" for title, said in fails.items()) + "."
-        lines.append(line + (f" It drives the machine in: {', '.join(drives)}." if drives else ""))
-    return lines
-
-
-def _rows(scenario: Scenario) -> list[tuple[object, ...]]:
+def _rows(scenario: Scenario, order: Sequence[str]) -> list[tuple[object, ...]]:
     rows: list[tuple[object, ...]] = []
-    for last in _ends(scenario):
+    for last in sorted(at_end(scenario), key=lambda one: order.index(one.observer)):
         errors = [abs(one.omega - one.omega_hat) for one in scenario.resting if one.observer == last.observer]
         largest = math.nan if any(map(math.isnan, errors)) else max(errors)
         watches = scenario.driver not in ("", last.observer)
@@ -85,15 +114,31 @@ def _identifiable(results: Sequence[ExcitationResult]) -> list[Html]:
     return lines or [inline("No run is long enough for a window of the excitation conditions.")]
 
 
-def _cure(cured: Modulation | None) -> Html:
+def _cure(cured: Modulation | None, tried: Sequence[Cured], n_p: int) -> Html:
     where = tag("a", "the chapter on excitation", href="#excitation")
     if cured is None:
-        return join(["What would cure it: no modulation of the flux was designed; the study has no observer of a kind for "
-                     "which that is known (repaired, quiet), or modulates its flux already. See ", where, "."], "")
+        return join(["A modulation of the flux, which makes alpha identifiable, was not designed; the study has no "
+                     "observer of a kind for which that is known (repaired, quiet), or modulates its flux already. See ", where, "."], "")
     if cured.design is None:
-        return typeset(f"What would cure it: no modulation of the flux does it within the limits: {cured.refused}.")
+        return typeset(f"No modulation of the flux makes alpha identifiable within the limits: {cured.refused}.")
     found = cured.design
-    said = (f"What would cure it, for `{cured.observer}`: {100 * found.depth:.3g} % of modulation of the flux at "
-            f"{found.frequency:.4g} rad/s, for {found.loss:.3g} W; the error of alpha then decays as exp(−{found.rate:.3g} t), "
-            "t in s. Checked in closed loop in ")
-    return join([inline(said), where, "."], "")
+    said = (f"A modulation of the flux makes alpha identifiable for `{cured.observer}`; a wrong stator resistance stays. "
+            f"{100 * found.depth:.3g} % at {found.frequency:.4g} rad/s does, for {found.loss:.3g} W; with right parameters the "
+            f"error of alpha then decays as exp(−{found.rate:.3g} t), t in s. {tried_on(cured.observer, tried, n_p)} More in ")
+    return join([typeset(said), where, "."], "")
+
+
+def tried_on(observer: str, tried: Sequence[Cured], n_p: int) -> str:
+    """What the modulation does to the runs in which the observer is off, in sentences."""
+    if not tried:
+        return f"`{observer}` tracks in every run without it."
+    groups: dict[bool, list[str]] = {True: [], False: []}
+    for one in tried:
+        groups[outcome(one.after) == "tracks"].append(f"“{one.title}” ({_from(one.before, n_p)} to {_from(one.after, n_p)})")
+    lines = [f"With it `{observer}` tracks in {' and '.join(groups[True])}." if groups[True] else "",
+             f"It does not cure {' nor '.join(groups[False])}." if groups[False] else ""]
+    return " ".join(line for line in lines if line)
+
+
+def _from(end: Resting, n_p: int) -> str:
+    return "lost" if outcome(end) == "is lost" else size(end.omega - end.omega_hat, end.omega, n_p).split(" (")[0]

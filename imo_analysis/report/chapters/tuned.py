@@ -20,6 +20,8 @@ _SCALE = {"settling": 1e3, "recovery": 1.0, "overshoot": 100.0, "lag": 1e3, "noi
 _HEAD = {"settling": "settling (ms)", "recovery": "recovery (s)", "overshoot": "overshoot (%)",
          "lag": "lag behind an acceleration (ms)", "noise": "noise (rad/s)", "bias": "largest bias (rad/s)"}
 
+_SHORT = _HEAD | {"lag": "lag (ms)", "bias": "bias (rad/s)"}  # over a column
+
 _LOST = "unstable, or without a state at rest, in part of the range"
 
 
@@ -58,12 +60,13 @@ def _written(name: str, value: float) -> str:
 
 
 def _judged(result: Tuned) -> list[Html]:
-    rows = [(tag("code", one.observer), "the rule's" if one.rule else "the study's",
+    rows = [(join([tag("code", one.observer), "the rule's" if one.rule else "the study's"], ", "),
              *_values(one.values), number(one.measured), _verdict(one)) for one in result.judged]
-    head = ("observer", "gains", *(_HEAD[name] for name in SHOWN), "rms error in the run (rad/s)", "meets the wish")
+    head = ("observer, gains", *(_SHORT[name] for name in SHOWN), "rms in the run (rad/s)", "meets the wish")
     gains = [(tag("code", one.observer), _gains(one.gains)) for one in result.judged if one.rule]
     return [
-        table(head, rows, "The worst over the range, and what the run below shows", range(2, 3 + len(SHOWN))),
+        table(head, rows, "The worst over the range (lag: behind an acceleration), and what the run below shows",
+              range(1, 2 + len(SHOWN))),
         answer(*_sentences(result.judged)),
         *([figure(result.run.svg, result.run.caption, result.run.caption, result.run.file)] if result.run else []),
         table(("observer", "gains by the rule (SI units)"), gains),

@@ -105,10 +105,13 @@ def first_screen(study: Study, entries: Sequence[Entry], found: Sequence[str], o
         "Every equation, table and claim of the paper was transcribed, derived again and judged by exact arithmetic: "
         f"{len(papers)} entries. The same definitions were then linearised and simulated."), class_="lead")
     cited = tag("p", f"The paper: {PAPER}.", class_="soft")
+    shown: tuple[Html, ...] = (tag("h2", "What the numbers show", class_="sub"),
+                               tag("ul", *(tag("li", typeset(line)) for line in found)))
     title: tuple[Html, ...]
     if own:
-        title = (tag("p", study.title, class_="soft"), tag("h1", "Which observers of speed work on this machine"), own,
-                 tag("h2", f"The paper: what holds in {topic}", class_="sub"), cited, audit)
+        title = (tag("p", study.title, class_="soft"), tag("h1", "Which observers of speed work on this machine"), own, *shown,
+                 tag("h2", f"About the paper, not this machine: what holds in {topic}", class_="sub"), cited, audit)
+        shown = ()
     else:
         title = (tag("p", "An audit by machine", class_="soft"), tag("h1", f"What holds in {topic}"), cited, audit)
     return join(
@@ -120,8 +123,7 @@ def first_screen(study: Study, entries: Sequence[Entry], found: Sequence[str], o
             _list(results(entries)),
             tag("h2", "Why, and what to do about it", class_="sub"),
             _list(causes(entries)),
-            tag("h2", "What the numbers show", class_="sub"),
-            tag("ul", *(tag("li", typeset(line)) for line in found)),
+            *shown,
             tag("p", f"Study: {study.title}, SHA-256 {study.sha256[:12]}…", class_="note"),
         ]
     )

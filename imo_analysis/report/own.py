@@ -1,0 +1,242 @@
+"""What an engineer asks of the study of his own machine, answered in sentences: which observer works, how far off, and why.
+
+Built from the runs of the dossier and from the map of `imo_analysis.sweeps.sensorless_map`. An observer *works* here if the
+loop closed on it holds at rated torque and the first speed of the map's limits with a stator resistance that is off by
+`R_S_OFF` either way. Best first: by the share of the map at which it holds; then by the runs in which it tracks; then by its largest
+error.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from imo_analysis.equations.catalogue import OBSERVERS
+from imo_analysis.report.metrics import Resting
+from imo_analysis.report.page import number
+from imo_analysis.report.scenarios import Scenario, at_end, outcome
+from imo_analysis.simulation.judge import R_S_OFF, rpm, size
+from imo_analysis.study import Study
+from imo_analysis.sweeps.sensorless_map import WIDEST
+from imo_analysis.tuning.start import GUESSED
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+# In a few words, where the catalogue's meaning takes the paper for granted.
+_WHAT = {
+    "baseline": "the classical adaptive full-order observer of Kubota and Matsuse",
+    "consistent_12": "the paper's observer, in the one reading of its equations that agrees with its proof, (12)",
+    "repaired": "the paper's observer with the repair that makes its proof hold",
+    "quiet": "the repaired one, changed so that current noise does not push its estimate of alpha",
+}
+
+
+@dataclass(frozen=True)
+class Limit:
+    """Relative errors of R_s, at most 0 and at least 0, between which the loop holds at a speed (rad/s); NaN: not even at 0."""
+
+    omega: float
+    low: float
+    high: float
+
+    @property
+    def bears(self) -> bool:
+        """Whether that is what is asked for."""
+        return self.low <= -R_S_OFF and self.high >= R_S_OFF
+
+
+@dataclass(frozen=True)
+class Standing:
+    """What is known of one observer.
+
+    Attributes
+    ----------
+    observer, kind : str
+    share : float
+        Of the points of the map at which the loop closed on it holds; NaN without a map.
+    error : float
+        Of the speed in rad/s at the first of the limits' speeds with the map's R_s; NaN without a map.
+    limits : tuple of Limit
+    ends : tuple of (Scenario, Resting)
+        The end of each run.
+    """
+
+    observer: str
+    kind: str
+    share: float
+    error: float
+    limits: tuple[Limit, ...]
+    ends: tuple[tuple[Scenario, Resting], ...]
+
+    @property
+    def off(self) -> list[tuple[Scenario, Resting]]:
+        """The ends of the runs in which it does not track."""
+        return [(run, end) for run, end in self.ends if outcome(end) != "tracks"]
+
+    @property
+    def works(self) -> bool:
+        """See the head of this file."""
+        return bool(self.limits) and self.limits[0].bears
+
+
+def standings(study: Study, scenarios: Sequence[Scenario], plane: xr.Dataset | None) -> list[Standing]:
+    """What is known of every observer of the runs, best first."""
+    names = dict.fromkeys(end.observer for run in scenarios for end in at_end(run))
+    found = [_standing(study, name, scenarios, plane) for name in names]
+    return sorted(found, key=lambda one: (-one.share if math.isfinite(one.share) else 1.0, len(one.off), _worst(one)))
+
+
+def _standing(study: Study, name: str, scenarios: Sequence[Scenario], plane: xr.Dataset | None) -> Standing:
+    ends = tuple((run, end) for run in scenarios for end in at_end(run) if end.observer == name)
+    kind = next((one.observers[name].kind for run in ("", *study.scenarios) for one in (study.scenario(run) if run else study,)
+                 if name in one.observers), name)
+    if plane is None or name not in plane["observer"].values:
+        return Standing(name, kind, math.nan, math.nan, (), ends)
+    one = plane.sel(observer=name)
+    limits = limits_of(one)
+    error = float(one["speed_error"].sel(omega=limits[0].omega, T_l=plane.attrs["limit_torque"], method="nearest"))
+    return Standing(name, kind, float(one["holds"].mean()), error, limits, ends)
+
+
+def _worst(one: Standing) -> float:
+    return max((_distance(end) for _, end in one.ends), default=0.0)
+
+
+def speed(omega: float, n_p: int) -> str:
+    """An electrical speed with that of the shaft."""
+    return f"{omega:.4g} rad/s ({rpm(omega, n_p):.4g} r/min)"
+
+
+def per_cent(value: float) -> str:
+    """A relative error of R_s in per cent; the widest that is tried stands for what is beyond it, too."""
+    return f"{100 * abs(value):.2g} %" + (" or more" if abs(value) >= WIDEST else "")
+
+
+def within(limit: Limit) -> str:
+    """For which errors of R_s the loop holds, in words."""
+    if math.isnan(limit.low):
+        return "not even with the right R_s"
+    return f"with R_s believed from {per_cent(limit.low)} too low to {per_cent(limit.high)} too high"
+
+
+def advice(study: Study, found: Sequence[Standing], plane: xr.Dataset | None, refused: str) -> list[str]:
+    """Which observer to take, or that none works, and what decides."""
+    n_p, best = study.machine.n_p, found[0]
+    if plane is None or not best.limits:
+        return [f"Which observer can drive this machine was not computed: {refused}. In the runs `{best.observer}` does best."]
+    able = [one for one in found if one.works]
+    chosen = able[0] if able else best
+    first, *others = chosen.limits
+    where = f"at {speed(first.omega, n_p)} and {plane.attrs['limit_torque']:.4g} N m"
+    bounds = within(first) + "".join(f"; at {speed(one.omega, n_p)} {within(one)}" for one in others)
+    asked = f"{100 * R_S_OFF:g} % either way is asked for"
+    if able:
+        said = f"Take `{chosen.observer}`: driven by it alone, the machine holds {where} {bounds} ({asked})."
+        rest = [f"`{one.observer}`" for one in found if not one.works]
+        said += f" It does not with {', '.join(rest)}." if rest else ""
+    else:
+        said = ("None of these observers works on this machine without a speed sensor. The best of them is "
+                f"`{chosen.observer}`: driven by it alone, the machine holds {where} {bounds} ({asked}).")
+    return [said, _decides(study)]
+
+
+def overloads(study: Study, scenarios: Sequence[Scenario]) -> list[str]:
+    """The runs in which the load is more than the machine can give."""
+    from imo_analysis.simulation.run import overload
+
+    loads = {run.title: overload(study.scenario(run.name) if run.name in study.scenarios else study) for run in scenarios}
+    return [f"In “{title}” {said}: no observer can help that." for title, said in loads.items() if said]
+
+
+def _decides(study: Study) -> str:
+    """That the stator resistance decides, and what the one of the study is worth."""
+    R_s = f"R_s = {study.machine.R_s:.4g} Ω"
+    if GUESSED in study.machine.source:
+        span = study.machine.source.partition(GUESSED)[2]
+        return (f"What decides is the stator resistance. {R_s} is only an estimate from the name plate{span}: losses in the iron and "
+                "in the bearings are counted with it. Measure it, half of what an ohmmeter shows between two terminals, and make "
+                "the study again, before relying on any line below.")
+    return (f"What decides is the stator resistance, here {R_s}. It must be known to the per cent above at any temperature: "
+            "copper that warms by 13 K has 5 % more.")
+
+
+def verdicts(study: Study, found: Sequence[Standing], plane: xr.Dataset | None) -> list[str]:
+    """A sentence on each observer, best first: the map, the limits of R_s, and the runs in which it is off, with the size."""
+    n_p, lines = study.machine.n_p, []
+    for one in found:
+        line = f"`{one.observer}` ({_WHAT.get(one.kind) or OBSERVERS[one.kind].meaning})"
+        if plane is not None and one.limits:
+            first = one.limits[0]
+            line += (f": driven by it alone, with R_s believed {100 * plane.attrs['R_s_error']:g} % too high, the machine "
+                     f"holds at {100 * one.share:.0f} % of the points up to rated speed and torque; at {first.omega:.4g} rad/s and "
+                     f"{plane.attrs['limit_torque']:.4g} N m the speed is then "
+                     + (f"off by {size(one.error, first.omega, n_p)}" if math.isfinite(one.error) else "lost")
+                     + f". There it holds {within(first)}")
+        line += f". It tracks in {_count(one)} of {len(one.ends)} runs"
+        if one.off:
+            run, end = max(one.off, key=lambda both: _distance(both[1]))
+            line += f", worst in “{run.title}”, where it is {_end(end, n_p)}"
+            line += f" (`{run.driver}` drives)" if run.driver not in ("", one.observer) else ""
+        lines.append(f"{line}.")
+    return lines
+
+
+def limits_of(one: xr.Dataset) -> tuple[Limit, ...]:
+    """The limits of R_s of one observer of a map."""
+    return tuple(Limit(float(omega), *(float(one[side].sel(limit_omega=omega)) for side in ("R_s_low", "R_s_high")))
+                 for omega in one["limit_omega"].values)
+
+
+def _distance(end: Resting) -> float:
+    error = abs(end.omega - end.omega_hat)
+    return math.inf if math.isnan(error) else error
+
+
+def _count(one: Standing) -> str:
+    well = len(one.ends) - len(one.off)
+    return "all" if not one.off else str(well) if well else "none"
+
+
+def _end(end: Resting, n_p: int) -> str:
+    if outcome(end) == "is lost":
+        return "lost"
+    mean = f"off by {size(end.omega - end.omega_hat, end.omega, n_p)}"
+    return mean if end.rms <= 2 * abs(end.omega - end.omega_hat) else f"{mean} in the mean, {number(end.rms)} rad/s rms"
+
+
+@dataclass(frozen=True)
+class Cured:
+    """A run in which an observer is off, again with a modulation of the flux: its ends, before and after."""
+
+    title: str
+    before: Resting
+    after: Resting
+
+
+def cures(study: Study, scenarios: Sequence[Scenario], observer: str, modulated: object) -> list[Cured]:
+    """The runs in which the observer does not track, simulated again with a design of `imo_analysis.excitation.design`."""
+    from imo_analysis.errors import Diverged
+    from imo_analysis.excitation.design import Design
+    from imo_analysis.excitation.design_check import modulated_study
+    from imo_analysis.report.scenarios import resting_of
+    from imo_analysis.simulation.run import simulate
+
+    assert isinstance(modulated, Design)
+    found = []
+    for run in scenarios:
+        before = [one for one in at_end(run) if one.observer == observer and outcome(one) != "tracks"]
+        if not before:
+            continue
+        chosen = modulated_study(study.scenario(run.name) if run.name in study.scenarios else study, modulated)
+        try:
+            data = simulate(chosen)
+        except Diverged as error:
+            if error.data is None or error.data.sizes["time"] < 2:
+                continue
+            data = error.data
+        after = resting_of(data, chosen)
+        found.append(Cured(run.title, before[0], next(one for one in reversed(after) if one.observer == observer)))
+    return found
