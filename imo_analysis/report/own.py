@@ -2,8 +2,8 @@
 
 Built from the runs of the dossier and from the map of `imo_analysis.sweeps.sensorless_map`. An observer *works* here if the
 loop closed on it holds at rated torque and the first speed of the map's limits with a stator resistance that is off by
-`R_S_OFF` either way. Best first: by the share of the map at which it holds; then by the runs in which it tracks; then by its largest
-error.
+`R_S_OFF` either way. Best first: by the share of the map at which it holds; then by the runs in which it tracks; then by its
+largest error.
 """
 
 from __future__ import annotations
@@ -170,11 +170,11 @@ def verdicts(study: Study, found: Sequence[Standing], plane: xr.Dataset | None) 
         line = f"`{one.observer}` ({_WHAT.get(one.kind) or OBSERVERS[one.kind].meaning})"
         if plane is not None and one.limits:
             first = one.limits[0]
+            point = f"at {first.omega:.4g} rad/s and {plane.attrs['limit_torque']:.4g} N m"
+            then = f"off by {size(one.error, first.omega, n_p)}" if math.isfinite(one.error) else "lost"
             line += (f": driven by it alone, with R_s believed {100 * plane.attrs['R_s_error']:g} % too high, the machine "
-                     f"holds at {100 * one.share:.0f} % of the points up to rated speed and torque; at {first.omega:.4g} rad/s and "
-                     f"{plane.attrs['limit_torque']:.4g} N m the speed is then "
-                     + (f"off by {size(one.error, first.omega, n_p)}" if math.isfinite(one.error) else "lost")
-                     + f". There it holds {within(first)}")
+                     f"holds at {100 * one.share:.0f} % of the points up to rated speed and torque; {point} the speed is then "
+                     f"{then}. There it holds {within(first)}")
         line += f". It tracks in {_count(one)} of {len(one.ends)} runs"
         if one.off:
             run, end = max(one.off, key=lambda both: _distance(both[1]))

@@ -117,8 +117,8 @@ def _identifiable(results: Sequence[ExcitationResult]) -> list[Html]:
 def _cure(cured: Modulation | None, tried: Sequence[Cured], n_p: int) -> Html:
     where = tag("a", "the chapter on excitation", href="#excitation")
     if cured is None:
-        return join(["A modulation of the flux, which makes alpha identifiable, was not designed; the study has no "
-                     "observer of a kind for which that is known (repaired, quiet), or modulates its flux already. See ", where, "."], "")
+        return join(["A modulation of the flux, which makes alpha identifiable, was not designed; the study has no observer of",
+                     " a kind for which that is known (repaired, quiet), or modulates its flux already. See ", where, "."], "")
     if cured.design is None:
         return typeset(f"No modulation of the flux makes alpha identifiable within the limits: {cured.refused}.")
     found = cured.design
