@@ -128,7 +128,8 @@ def two_runs() -> list[Scenario]:
     """Idle, where both track; and braking, where `repaired` is 50 rad/s off and `baseline` drives."""
     return [Scenario(title, title, "", [], [],
                      [rest("baseline", 100.0, 0.0, 0.1), rest("repaired", 100.0, error, error + 0.1)],
-                     [], [], None, "", driver=driver) for title, error, driver in (("idle", 0.0, ""), ("braking", 50.0, "baseline"))]
+                     [], [], None, "", driver=driver)
+            for title, error, driver in (("idle", 0.0, ""), ("braking", 50.0, "baseline"))]
 
 
 PLATE = ('[nameplate]\npower = "7.5 kW"\nvoltage = "400 V"\ncurrent = "15.2 A"\nfrequency = "50 Hz"\nspeed = "1455 rpm"\n'
