@@ -15,7 +15,7 @@ from imo_analysis.errors import Diverged
 from imo_analysis.report import captions
 from imo_analysis.report.drift import DriftRow, drift_figure, drift_rows, explanations
 from imo_analysis.report.metrics import Resting, StepResponse, resting, step_responses
-from imo_analysis.simulation.judge import OFF, STRETCH, follows, limit
+from imo_analysis.simulation.judge import STRETCH, criterion, follows, limit
 from imo_analysis.study import Study
 
 if TYPE_CHECKING:
@@ -138,7 +138,7 @@ def run_scenario(study: Study, name: str, folder: Path, note: Callable[[str], No
     note(f"{label}: drawing")
     files = _write(run, label, chosen, folder) if runs else []
     observers = [str(one) for one in run["observer"].values]
-    states = _resting(run, chosen)
+    states = resting_of(run, chosen)
     figures = [keep(folder, f"{label}-speed", _figures().speed_figure(run),
                     captions.whole_speed(states, _gone(run), _figures().noisy(run)))]
     windows = []
@@ -292,8 +292,8 @@ def _outcome(run: xr.Dataset, name: str, source: str) -> Divergence:
     if not finite.all():
         after = f"{time[near[-1]]:.3g} s" if near.size else "the start"
         over = float(time[finite.argmin()])
-        return Divergence(name, source, True, over, f"loses the speed for good at {after}: from then on more than "
-                          f"{100 * OFF:g} % off. The integration with its fixed step overflows at {over:.3f} s")
+        return Divergence(name, source, True, over, f"loses the speed for good at {after}: from then on it is "
+                          f"off by more than {criterion()}. The integration with its fixed step overflows at {over:.3f} s")
     off = bool(error[-1] > limit(omega[-1]))
     stays = "stays finite and ends off the speed" if off else "stays"
     outcome = f"{stays}; its speed error is {error[-1]:.2g} rad/s after {time[-1]:.3g} s"
