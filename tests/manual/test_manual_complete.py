@@ -176,8 +176,6 @@ LOCAL = {
     "imo_analysis.pencils.sweep.pole_sweep": "R_r_error",
     "imo_analysis.replay.columns.role_of": "i_alpha",
     "imo_analysis.simulation.kernel.kernel": "g_0 g_n",
-    "imo_analysis.tuning.rule": "t_s t_r t_l",
-    "imo_analysis.tuning.rule.Times": "t_s t_r t_l",
 }
 
 
