@@ -38,7 +38,9 @@ def read_toml(path: str | Path) -> dict[str, Any]:
 def _in_quotes(text: str, fault: str) -> str:
     """What to write in the line at fault where a quantity lacks its quotes, or has a comma in its number."""
     at = re.search(r"at line (\d+)", fault)
-    line = text.splitlines()[int(at[1]) - 1] if at and int(at[1]) <= text.count("\n") + 1 else ""
+    if not at:
+        return ""
+    line = dict(enumerate(text.split("\n"), 1)).get(int(at[1]), "").rstrip("\r")
     found = re.match(r"\s*[\w.-]+\s*=\s*([-+]?\d+(?:[.,]\d+)?)\s*([^\s\d#,\"'\]}][^#\"']*)?(?:#.*)?$", line)
     if not found:
         return ""

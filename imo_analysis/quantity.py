@@ -16,7 +16,7 @@ _PLAIN = re.compile(r"^\s*[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?\s*$")
 _SPELLINGS = {"Ω": "ohm", "Ohm": "ohm", "·": " ", "²": "^2", "⁻¹": "^-1", "*": " ", "RPM": "rpm", "kgm": "kg m",
               "kgcm": "kg cm", "m2": "m^2", "Nm": "N m"}
 _SCALED = {
-    **{name: (math.pi / 30, "rad/s") for name in RPM},
+    **dict.fromkeys(RPM, (math.pi / 30, "rad/s")),
     "%": (0.01, "1"),
     "hp": (745.699872, "W"), "HP": (745.699872, "W"), "PS": (735.49875, "W"),
     "kg cm^2": (1e-4, "kg m^2"), **dict.fromkeys(("g m^2", "gm^2"), (1e-3, "kg m^2")),
@@ -47,9 +47,7 @@ def si_value(value: object, unit: str, where: str) -> float:
     """
     if isinstance(value, bool) or not isinstance(value, (int, float, str)):
         raise InputError(f"{where} = {value!r} is not a number; write it in {accepted(unit)}")
-    if not isinstance(value, str):
-        number = float(value)
-    elif unit == "1" and _PLAIN.match(value):
+    if not isinstance(value, str) or (unit == "1" and _PLAIN.match(value)):
         number = float(value)
     else:
         match = _WRITTEN.match(value)

@@ -92,8 +92,8 @@ def run(args: argparse.Namespace) -> int:
     if as_study:
         for runner in observers:
             if runner.name not in source.observers:
-                raise InputError(f"--initial study: {args.machine} has no [observers.{runner.name}] to take the start from; leave "
-                                 "it out, or give a study that has it as --machine")
+                raise InputError(f"--initial study: {args.machine} has no [observers.{runner.name}] to take the start from; "
+                                 "leave it out, or give a study that has it as --machine")
     _tell(args, log, found, treatment, fit, level, observers, machine, bandwidth)
     if not as_study:
         _tell_start(args, log, observers, source)
@@ -189,8 +189,8 @@ def _tell(
     wide = default_bandwidth(machine, level, found.sample_time) if bandwidth is None else bandwidth
     if level.flux > 0 and any(runner.by_rule for runner in observers):
         noise = speed_noise(machine, level, found.sample_time, wide)
-        say(args, f"  the rule's gains are for a bandwidth of {wide:.4g} rad/s and a flux of {level.flux:.3g} Wb; the currents' noise of "
-                  f"{level.noise:.2g} A makes {noise:.2g} rad/s in the speed")
+        say(args, f"  the rule's gains are for a bandwidth of {wide:.4g} rad/s and a flux of {level.flux:.3g} Wb; the "
+                  f"currents' noise of {level.noise:.2g} A makes {noise:.2g} rad/s in the speed")
     turn = abs(level.stator_frequency) * found.sample_time
     if turn > 0.3:
         say(args, f"  coarse: the voltages turn by {turn:.2g} rad a sample, and straight lines between samples miss up to "
@@ -215,8 +215,8 @@ def _tell_start(args: argparse.Namespace, log: Any, observers: list[Any], source
         say(args, f"  as far as that flux is wrong, z_hat and xi_hat of {', '.join(keep)} stay wrong; the flux that they "
                   "reconstruct does not, but alpha_hat and omega_hat may be moved by it, until the flux's magnitude varies")
     if forget:
-        say(args, f"  {', '.join(forget)}: forget{'s' if len(forget) == 1 else ''} a wrong start where {'its' if len(forget) == 1 else 'their'} "
-                  "poles are stable")
+        verb, whose = ("forgets", "its") if len(forget) == 1 else ("forget", "their")
+        say(args, f"  {', '.join(forget)}: {verb} a wrong start where {whose} poles are stable")
     known = [name for name in (log.origin.begun if log.origin else ()) if name in source.observers]
     if any(name in guessed for name in known):
         say(args, "  the record is a simulation's, and its study says how they began: --initial study begins them so")

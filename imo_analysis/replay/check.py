@@ -16,7 +16,6 @@ import numpy as np
 from imo_analysis import compile as compiler
 from imo_analysis.equations.plant import plant
 from imo_analysis.machine import InductionMachine
-from imo_analysis.replay.logs import Samples
 
 # The flux rows of (1) are linear at one speed; with a current along a line their exact solution over a sample has the functions
 # (exp z - 1)/z and (exp z - 1 - z)/z^2 of z = (j omega - alpha) T, here as a series where the latter would cancel.

@@ -37,7 +37,8 @@ _NAMES = (
     (re.compile(r"[uv]s?(alpha|beta|al|be|ds|qs|d|q)s?"), "u_{0}"),
     (re.compile(r"is?(alpha|beta|al|be|ds|qs|d|q)s?(meas)?"), "i_{0}"),
     (re.compile(r"omega|omegae|omegael|we|wel|electricalspeed"), "omega"),
-    (re.compile(r"omegam|omegamech|wm|wmech|speed|speedm|shaftspeed|rotorspeed|mechanicalspeed|n|nmech|rpm|drehzahl"), "omega_m"),
+    (re.compile(r"omegam|omegamech|wm|wmech|speed|speedm|shaftspeed|rotorspeed|mechanicalspeed|n|nmech|rpm|drehzahl"),
+     "omega_m"),
 )
 # "UV" may be the voltage between two phases or that of phase V; "vV", "U_V" and "iV" are not in doubt
 _DOUBT = re.compile(r"[uv]{2}|[uv]w|UVN?|[UV]W|VU")

@@ -100,7 +100,7 @@ class Runner:
     sample_time: float
     x: np.ndarray = field(default_factory=lambda: np.empty(0))
     lost: int = -1
-    begun: Start = Start({}, "", guessed=False)
+    begun: Start = field(default_factory=lambda: Start({}, "", guessed=False))
     by_rule: bool = True
 
     @property
@@ -214,7 +214,8 @@ def runners(
         start = {key: value for key, value in begin.values.items() if key in OBSERVERS[name].states}
         start |= (study_initial or {}).get(name, {})
         start |= {key: value for key, value in (initial or {}).items() if len(names) == 1 or key in OBSERVERS[name].states}
-        made.append(Runner(name, machine, treatment, {**chosen, **mine}, start, survey.sample_time, begun=begin, by_rule=by_rule))
+        made.append(Runner(name, machine, treatment, {**chosen, **mine}, start, survey.sample_time, begun=begin,
+                           by_rule=by_rule))
     for given, kind in ((gains or {}, "gain"), (initial or {}, "state")):
         for key in given:
             if not any(key in (r.gains if kind == "gain" else OBSERVERS[r.name].states) for r in made):

@@ -76,8 +76,8 @@ def default_gains(kind: str, machine: InductionMachine, level: Level, bandwidth:
     if not (math.isfinite(bandwidth) and bandwidth > 0):
         raise InputError(f"bandwidth = {bandwidth:g} rad/s must be above 0 rad/s")
     if not (math.isfinite(level.flux) and level.flux > 0 and level.turned >= LEAST_TURN):
-        raise InputError(f"no gains for {kind} follow from a record in which the voltages turn by about {math.degrees(level.turned):.0f} "
-                         "degrees; it takes 180: give all gains with --gain, or a study with "
+        raise InputError(f"no gains for {kind} follow from a record in which the voltages turn by about "
+                         f"{math.degrees(level.turned):.0f} degrees; it takes 180: give all gains with --gain, or a study with "
                          f"[observers.{kind}.gains] as --machine")
     natural_decay = machine.R_s / machine.sigma
     k_1 = max(2 * DAMPING * bandwidth - natural_decay, 0.0)

@@ -1,7 +1,7 @@
 """What a record that a simulation wrote says of itself: how many of the drive's samples it holds, and how its observers began.
 
-`imo_analysis.simulation.runfile` writes the attributes of a run, its study among them, as JSON into the first line of a CSV file
-and into the metadata of a Parquet file. A record of a drive has none.
+`imo_analysis.simulation.runfile` writes the attributes of a run, its study among them, as JSON into the first line of a CSV
+file and into the metadata of a Parquet file. A record of a drive has none.
 """
 
 from __future__ import annotations

@@ -59,8 +59,8 @@ class Start:
 def flying_start(head: Samples, T: float, machine: InductionMachine, voltage: str = "linear") -> Start:
     """Estimates to begin with.
 
-    A record that begins without current has no flux yet. One in which nothing turns is taken for a machine at rest, magnetised by
-    its current. In any other the flux is found by the least squares of this module.
+    A record that begins without current has no flux yet. One in which nothing turns is taken for a machine at rest, magnetised
+    by its current. In any other the flux is found by the least squares of this module.
 
     Parameters
     ----------

@@ -242,8 +242,8 @@ def _unplated(name: str, data: Mapping[str, Any]) -> InductionMachine:
             raise
         known = "R_s, R_r, L_m, L_s, L_r, n_p and J in [machine]"
         if not data.get("machine"):
-            raise InputError(f"{name} has no motor in it: write a [nameplate] with power, voltage, current, frequency, speed and "
-                             f"power_factor, and J in [machine]; or {known}") from None
+            raise InputError(f"{name} has no motor in it: write a [nameplate] with power, voltage, current, frequency, speed "
+                             f"and power_factor, and J in [machine]; or {known}") from None
         raise InputError(f"{error}; give all of {known}, or leave R_s, R_r, L_m, L_s, L_r and n_p to a [nameplate]") from None
 
 

@@ -144,7 +144,7 @@ def test_numbers_that_json_lacks_become_null(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("words", "says"), [
-    (["sweep", "study.toml", "--runs", "5", "--out", "a.nc", "--json", "study.toml"], "--json study.toml would overwrite study.toml"),
+    (["sweep", "study.toml", "--runs", "5", "--out", "a.nc", "--json", "study.toml"], "--json study.toml would overwrite"),
     (["simulate", "./study.toml", "--out", "a.nc", "--json", "../{here}/study.toml"], "would overwrite ./study.toml"),
     (["replay", "log.csv", "--machine", "study.toml", "--json", "log.csv"], "--json log.csv would overwrite log.csv"),
     (["poles", "study.toml", "--json", "study.toml"], "--json study.toml would overwrite study.toml"),

@@ -225,7 +225,7 @@ def _cut(rows, first):
 
 @pytest.mark.parametrize("machine", [TABLE, TABLE.with_values(R_s=1.1 * TABLE.R_s), TABLE.with_values(R_r=1.3 * TABLE.R_r)])
 def test_the_flux_at_the_first_sample_is_found_while_everything_moves(folder, machine):
-    """A start cut in the middle: speed, frequency and flux rise. The flux at the cut by integrating from rest is the other route."""
+    """A start cut in the middle: speed, frequency and flux rise. The other route to the flux is to integrate from rest."""
     rows, first = start_up(0.4), 1500
     back = rows[:, 1] + 1j * rows[:, 2] - TABLE.R_s * (rows[:, 3] + 1j * rows[:, 4])
     stator = (1e-4 / 2 * (back[1:] + back[:-1])).cumsum()[first - 1]

@@ -22,7 +22,8 @@ from imo_analysis.replay.survey import survey
         ("Ib [mA]", "i_b", "mA"), ("i_beta", "i_q", None), ("i_qs_meas", "i_q", None),
         ("speed_rad_per_s", "omega_m", "rad/s"), ("n_rpm", "omega_m", "rpm"), ("rpm", "omega_m", "rpm"),
         ("omega", "omega", None), ("omega_m", "omega_m", None),
-        ("U1 (V)", "u_a", "V"), ("I3 (mA)", "i_c", "mA"), ("I_L2 [A]", "i_b", "A"), ("U_L1L2", "u_ab", None), ("u31", "u_ca", None),
+        ("U1 (V)", "u_a", "V"), ("I3 (mA)", "i_c", "mA"), ("I_L2 [A]", "i_b", "A"), ("U_L1L2", "u_ab", None),
+        ("u31", "u_ca", None),
         ("Zeit/ms", "time", "ms"), ("U_a/V", "u_a", "V"), ("I_b / mA", "i_b", "mA"), ("ms", "time", "ms"), ("vU", "u_a", None),
         ("vV", "u_b", None), ("vW", "u_c", None), ("iV", "i_b", None), ("U_V", "u_b", None), ("U_UV", "u_ab", None),
         ("n/min^-1", "omega_m", "min^-1"), ("Drehzahl/(1/min)", "omega_m", "1/min"), ("t [sec]", "time", "s"),
@@ -82,7 +83,8 @@ def test_phases_lines_and_axes_give_the_same(tmp_path):
                  "t,ubc,uca,ia_mA,ib_mA,ic_mA,n_rpm")
     all_lines = write(tmp_path / "l3.csv", np.hstack([1e3 * time, lines, phases[:, 3:], omega / 2 * 30 / np.pi]),
                       "t_ms,Uab_V,Ubc_V,Uca_V,Ia_A,Ib_A,Ic_A,n_rpm")
-    off = write(tmp_path / "l3off.csv", np.hstack([time, lines + 3.0, phases[:, 3:], omega / 2]), "t,uab,ubc,uca,ia,ib,ic,speed")
+    off = write(tmp_path / "l3off.csv", np.hstack([time, lines + 3.0, phases[:, 3:], omega / 2]),
+                "t,uab,ubc,uca,ia,ib,ic,speed")
     named = _values(all_lines, columns={"uab": "Uab_V", "ubc": "Ubc_V"})
     assert np.array_equal(named, _values(all_lines))
     for path in (three, two, line, all_lines, off):
