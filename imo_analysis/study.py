@@ -26,6 +26,7 @@ from imo_analysis.errors import InputError
 from imo_analysis.files import read_toml
 from imo_analysis.machine import InductionMachine, readable
 from imo_analysis.study_realism import Inverter, Mechanics, Saturation, check_realism
+from imo_analysis.study_replay import Replay
 from imo_analysis.study_sweep import Sweep
 from imo_analysis.study_tables import (
     Drive,
@@ -35,7 +36,6 @@ from imo_analysis.study_tables import (
     ObserverSettings,
     Poles,
     Reference,
-    Replay,
     Sensors,
     Simulation,
     Table,

@@ -6,11 +6,9 @@ from collections.abc import Callable
 from itertools import pairwise
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, ValidationInfo, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, model_validator
 
 from imo_analysis.equations.catalogue import OBSERVERS
-from imo_analysis.errors import InputError
-from imo_analysis.machine import readable
 from imo_analysis.notation import symbol
 from imo_analysis.quantity import si_value
 
@@ -401,61 +399,3 @@ class Window(Table):
         if self.stop <= self.start:
             raise ValueError(f"stop = {self.stop:g} s must be after start = {self.start:g} s")
         return self
-
-
-class Replay(Table):
-    """``[replay]``: how a recorded log is read and run, for ``imo replay``.
-
-    Attributes
-    ----------
-    observers : tuple of str
-        Observers to run.
-    columns : dict
-        What a column is called in the log, where its name does not tell.
-    units : dict
-        The unit of a column in the log, where its name does not tell.
-    rate : float, optional
-        Samples a second in Hz, in place of the time column.
-    voltage : str
-        What a sample of the voltage stands for: `imo_analysis.replay.estimate.Treatment`.
-    current : str
-        What a sample of the current stands for: the same place.
-    direction : str
-        Where the direction of rotation comes from: the same place.
-    gaps : str
-        ``stop`` where samples are missing, or ``bridge`` them by straight lines.
-    bandwidth : float, optional
-        Of the speed loop in rad/s, from which gains follow.
-    gains : dict of str to float
-        Gains in place of those that the rule gives.
-    initial : dict of str to float
-        Estimates to begin with, in place of those that are chosen.
-    """
-
-    observers: tuple[str, ...] = ("repaired",)
-    columns: dict[str, str] = {}
-    units: dict[str, str] = {}
-    rate: Rate | None = None
-    voltage: Literal["linear", "held", "averaged"] = "linear"
-    current: Literal["linear", "held"] = "linear"
-    direction: Literal["measured", "estimated", "forward", "reverse"] | None = None
-    gaps: Literal["stop", "bridge"] = "stop"
-    bandwidth: Speed | None = None
-    gains: dict[str, float] = {}
-    initial: dict[str, float] = {}
-
-
-def read_replay(values: Any, where: str) -> Replay:
-    """The table ``[replay]`` of a file.
-
-    Raises
-    ------
-    InputError
-        If anything in it cannot be used; ``where`` names the file.
-    """
-    if not isinstance(values, dict):
-        raise InputError(f"{where}: replay must be a table, [replay]")
-    try:
-        return Replay(**values)
-    except ValidationError as error:
-        raise InputError(readable(error, f"{where}: replay", Replay)) from None

@@ -12,7 +12,8 @@ from imo_analysis.equations.catalogue import OBSERVERS
 from imo_analysis.errors import InputError
 from imo_analysis.files import read_toml
 from imo_analysis.machine import PRESETS, InductionMachine, readable
-from imo_analysis.study_tables import ObserverSettings, Replay, read_replay
+from imo_analysis.study_replay import Replay, read_replay
+from imo_analysis.study_tables import ObserverSettings
 
 
 @dataclass(frozen=True)

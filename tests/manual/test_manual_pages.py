@@ -40,8 +40,8 @@ def test_commands_in_the_text_would_run(page: Path) -> None:
     ("README.md", "`sphinx-build manual manual-html`", "`sphinx-build manul manual-htlm`", "no such program in SETUP"),
     ("README.md", "`python -m benchmarks`", "`python -m benchmark`", "no such program in SETUP"),
     ("README.md", "`pip install '.[docs]'`", "`pip install '.[manual]'`", "no such program in SETUP"),
-    ("README.md", "`imo derive scheduled`", "`imo derive sheduled`", "the ledger has no sheduled"),
-    ("README.md", "`imo simulate --scenario real`", "`imo simulate --scenario reall`", "no scenario reall"),
+    ("README.md", "`imo derive scheduled`", "`imo derive unscheduled`", "the ledger has no unscheduled"),
+    ("README.md", "`imo simulate --scenario real`", "`imo simulate --scenario unreal`", "no scenario unreal"),
     ("README.md", "`imo notebook --course --out lessons`", "`imo notebook --course --derivations --out x`", "not allowed"),
     ("README.md", "`imo study --init study.toml --machine motor.toml`", "`imo study --init study.toml --machine moter.toml`",
      "nothing before it makes moter.toml"),
@@ -50,7 +50,7 @@ def test_commands_in_the_text_would_run(page: Path) -> None:
     ("manual/tutorial.md", "`imo tune study.toml --out tuned.toml`", "`imo tune nothing.toml`",
      "nothing before it makes nothing.toml"),
     ("manual/choose.md", "`imo poles --tune`", "`imo poles --tun`", "unrecognized arguments"),
-    ("manual/choose.md", "`imo study --init`", "`imo studdy --init`", "no such command"),
+    ("manual/choose.md", "`imo study --init`", "`imo studies --init`", "no such command"),
     ("manual/theory/lyapunov.md", "`imo simulate --scenario lyapunov`", "`imo simulate here there`", "unrecognized arguments"),
 ])
 def test_a_command_in_the_text_that_would_not_run_is_noticed(page: str, old: str, new: str, fault: str) -> None:
