@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from imo_analysis import drawing as style
+from imo_analysis.excitation.maps import CLASSES, classify
 
 _LEVELS = (-4, -3.5, -3, -2.5, -2, -1.5, -1, -0.5, 0, 0.5, 1)
 _LABELLED = (-4, -3, -2, -1, 0, 1)
@@ -85,6 +86,49 @@ def _zero_lines(x: Any, y: Any, values: Any) -> list[Any]:
     from contourpy import contour_generator
 
     return list(contour_generator(x, y, values).lines(0.0))
+
+
+def plot_kinds(constant: xr.Dataset, modulated: xr.Dataset, within: tuple[float, float]) -> Any:
+    """Which of omega and alpha can be known to an accuracy, at constant flux and under modulation.
+
+    Parameters
+    ----------
+    constant, modulated : xarray.Dataset
+        From `speed_torque_map`.
+    within : tuple of 2
+        Standard deviations of alpha (1/s) and omega (rad/s) that count as known.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    from matplotlib.colors import BoundaryNorm, ListedColormap
+
+    figure, axes = style.new_figure(1, 2, width=7.4, height=3.4, sharex=True, sharey=True)
+    colours, count = ListedColormap(_KINDS), len(CLASSES)
+    norm = BoundaryNorm(np.arange(count + 1) - 0.5, count)
+    depth, frequency = modulated.attrs["depth"], modulated.attrs["frequency"]
+    with style.style():
+        for axis, data, title in ((axes[0], constant, "constant flux"),
+                                  (axes[1], modulated, f"flux swings {100 * depth:g} %, {frequency:g} rad/s")):
+            kind = classify(data["omega_alone"], data["alpha_alone"], data["omega_both"], data["alpha_both"], within)
+            x, y = data["omega"].values, data["torque"].values
+            drawn = axis.pcolormesh(x, y, kind.T, cmap=colours, norm=norm, shading="nearest")
+            for which, look in zip(("stator_frequency", "slip"), _LOST_LINES, strict=True):
+                zero = data[which].broadcast_like(data["slip"]).transpose("omega", "torque").values.T
+                for path in _zero_lines(x, y, zero):
+                    axis.plot(path[:, 0], path[:, 1], **_lost_line(look))
+            axis.set(title=title, xlabel=r"electrical speed $\omega$ (rad/s)", xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
+            axis.grid(False)
+        axes[0].set_ylabel(r"torque $T_e$ (N m)")
+        bar = figure.colorbar(drawn, ax=axes, ticks=range(count))
+        bar.ax.set_yticklabels(CLASSES)
+        handles = [axes[0].plot([], [], **_lost_line(look))[0] for look in _LOST_LINES]
+        figure.legend(handles, ["zero stator frequency", "no load"], loc="outside upper left", ncols=2, frameon=False)
+    return figure
+
+
+_KINDS = ("#1d2d50", "#3b6fa0", "#c8553d", "#b9c6c9", "#f2e6b1")  # from dark to light; colour-blind readers tell them apart
 
 
 def plot_modulation(data: xr.Dataset) -> Any:

@@ -86,10 +86,12 @@ def speed_torque_map(
     return _attributes(data, machine, measurement, flux=flux, depth=depth, frequency=frequency)
 
 
-def classify(omega_alone: Any, alpha_alone: Any, omega_both: Any, alpha_both: Any) -> Any:
-    """Index into `CLASSES` of what has a finite bound."""
-    omega, alpha = np.isfinite(omega_alone), np.isfinite(alpha_alone)
-    both = np.isfinite(omega_both) & np.isfinite(alpha_both)
+def classify(omega_alone: Any, alpha_alone: Any, omega_both: Any, alpha_both: Any, within: tuple[float, float] | None = None,
+             ) -> Any:
+    """Index into `CLASSES` of what has a finite bound; or one of at most ``within`` (1/s for alpha, rad/s for omega)."""
+    largest = within or (np.finfo(float).max, np.finfo(float).max)
+    omega, alpha = np.asarray(omega_alone) <= largest[1], np.asarray(alpha_alone) <= largest[0]
+    both = (np.asarray(omega_both) <= largest[1]) & (np.asarray(alpha_both) <= largest[0])
     return np.where(both, 4, np.where(omega & alpha, 3, np.where(omega, 1, np.where(alpha, 2, 0))))
 
 
@@ -104,6 +106,9 @@ def modulation_map(
     measurement: Measurement | None = None,
 ) -> xr.Dataset:
     """Bounds of omega and alpha, neither known, over depth and frequency of the flux modulation at one operating point.
+
+    They are those of a long time: of a window T they hold where frequency T is above 2 pi, say, and are far too good below,
+    where a window shows less than a period.
 
     Returns
     -------

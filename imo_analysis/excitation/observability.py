@@ -167,7 +167,10 @@ def random_jets(family: Family, mechanical: bool, seed: int, orders: int = 8) ->
     return Jets(alpha, omega, M, psi, slip, lambda p: p.derivative(), fmpq_poly(0))
 
 
-def rank(problem: Problem, family: Family = FAMILIES[0], tries: int = 3) -> int:
+TRIES = 3  # random motions, where a rank is not full
+
+
+def rank(problem: Problem, family: Family = FAMILIES[0], tries: int = TRIES) -> int:
     """Generic rank on a family: the largest at ``tries`` random rational motions, in exact arithmetic.
 
     A rank found at a point proves that the generic rank is at least that. That it is not more is certain where it equals the
@@ -195,8 +198,11 @@ class Row:
 
 @cache
 def rank_table(mechanical: bool = True) -> tuple[Row, ...]:
-    """Ranks for every combination of unknowns on every family in `FAMILIES`."""
-    return tuple(Row(p, len(p.columns), {f.name: rank(p, f) for f in FAMILIES}) for p in problems(mechanical))
+    """Ranks for every combination of unknowns on every family in `FAMILIES`: of steady states exact, else as `rank` says."""
+    def found(problem: Problem, family: Family) -> int:
+        return steady_rank(problem, family.fixed) if family.steady else rank(problem, family)
+
+    return tuple(Row(p, len(p.columns), {f.name: found(p, f) for f in FAMILIES}) for p in problems(mechanical))
 
 
 _MINORS = 3  # whose common factors are the candidates for a surface on which a rank drops

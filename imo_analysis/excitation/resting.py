@@ -4,7 +4,9 @@ While the flux builds up, its magnitude moves and alpha is identifiable: alpha_h
 is constant, v_1 = (slip/alpha) v_2, and alpha_hat moves only as d alpha_hat = (g/K_p) (slip/alpha) d omega_hat (claim
 ``resting.drift``). Slip is torque, so without load every change of speed, up or down, raises alpha_hat by
 
-    (g / K_p) (L_m / (mu psi^2)) int omega'^2 dt.
+    (g / K_p) (L_m / (mu psi^2)) int omega' omega_hat' dt,
+
+with omega_hat' = omega' but for the time by which the estimate follows (`imo_analysis.excitation.following`).
 
 At constant slip the repaired observer conserves `equations.drift.balance` and q = k_3 z_tilde - j kappa s xi_tilde; with the
 family of rest states (three numbers) they fix where a disturbance ends.
@@ -22,6 +24,7 @@ import xarray as xr
 
 from imo_analysis.equations import drift, lyapunov
 from imo_analysis.errors import InputError
+from imo_analysis.excitation.following import seen_share
 from imo_analysis.machine import InductionMachine
 
 if TYPE_CHECKING:
@@ -118,13 +121,14 @@ def predict_steps(study: Study, observer: str, alpha_hat: float | None = None) -
     found = []
     speeds = study.reference.omega
     for time, before, after in zip(study.reference.time[1:], speeds[:-1], speeds[1:], strict=True):
-        change = drift_of_step(study, gains, before, after, study.load_torque.T_l[0])
+        change = drift_of_step(study, gains, before, after, study.load_torque.T_l[0], observer)
         current += change
         found.append(SpeedStep(time, before, after, change, current))
     return found
 
 
-def drift_of_step(study: Study, gains: Mapping[str, float], before: float, after: float, load: float) -> float:
+def drift_of_step(study: Study, gains: Mapping[str, float], before: float, after: float, load: float,
+                  observer: str = "") -> float:
     """What a step of the speed reference adds to alpha_hat, in 1/s, at constant flux.
 
     Parameters
@@ -137,6 +141,9 @@ def drift_of_step(study: Study, gains: Mapping[str, float], before: float, after
         Electrical speeds in rad/s.
     load : float
         Torque in N m.
+    observer : str
+        Whose estimate of the speed is counted instead of the speed, as it follows (`following.seen_share`), where the drive's
+        current does not limit the step; none if not given.
 
     Raises
     ------
@@ -151,8 +158,11 @@ def drift_of_step(study: Study, gains: Mapping[str, float], before: float, after
     if not step:
         return 0.0
     torque_limit = machine.mu * drive.flux * math.sqrt(drive.current_limit**2 - magnetizing**2)
-    limit = min(torque_limit - math.copysign(1.0, step) * braking, drive.speed_bandwidth * abs(step))
+    first = drive.speed_bandwidth * abs(step)
+    limit = min(torque_limit - math.copysign(1.0, step) * braking, first)
     square = drift.square_integral_of_step(abs(step), drive.speed_bandwidth, limit)
+    if observer and limit == first:
+        square *= seen_share(study, observer, before, after)
     return float(drift.drift_of_acceleration(square, braking * step, drive.flux, machine.L_m, machine.mu, gains["g"],
                                              gains["K_p"]))
 

@@ -45,7 +45,7 @@ def variations(study: Study, observer: str, before: float = 40.0, after: float =
     base: dict[str, Any] = {
         "simulation.duration": END, "simulation.record_every": 100, "load.time": [0.0], "load.T_l": [0.0], **steps}
     w = study.drive.speed_bandwidth
-    half = (before + after) / 2
+    half, load = (before + after) / 2, study.largest_torque / 2
     changes: dict[str, Mapping[str, Any]] = {
         f"{before:g} to {after:g} rad/s, no load": {},
         "g doubled": {f"observers.{observer}.gains.g": 2 * gains["g"]},
@@ -53,8 +53,8 @@ def variations(study: Study, observer: str, before: float = 40.0, after: float =
         f"half the step, {before:g} to {half:g} rad/s": {"reference.omega": [before, half]},
         f"back, {after:g} to {before:g} rad/s": {"reference.omega": [after, before]},
         "speed loop twice as fast": {"drive.speed_bandwidth": 2 * w},
-        "load of 5 N m": {"load.T_l": [5.0]},
-        "load of 5 N m, back": {"load.T_l": [5.0], "reference.omega": [after, before]},
+        f"load of {load:.3g} N m": {"load.T_l": [load]},
+        f"load of {load:.3g} N m, back": {"load.T_l": [load], "reference.omega": [after, before]},
     }
     bare = study.only([observer])
     return [_one(what, bare.changed({**base, **change}), observer) for what, change in changes.items()]

@@ -56,7 +56,7 @@ def alpha(states: Sequence[Resting], true: float) -> str:
 def drift(title: str, rows: Sequence[DriftRow]) -> str:
     """Of alpha_hat beside its predictions."""
     last = {row.observer: row for row in rows}
-    listed = "; ".join(f"`{name}` {row.simulated:.2f}, {row.from_motion:.2f} and {row.from_study:.2f} /s"
+    listed = "; ".join(f"`{name}` {row.end:.2f}, {row.start + row.step_from_motion:.2f} and {row.from_study:.2f} /s"
                        for name, row in last.items())
     return (f"{title}: the estimate of alpha, simulated, predicted from the motion of the machine (dots), and from the study "
             f"alone (crosses), as the chapter on excitation explains. In this order, at the end: {listed}.")

@@ -244,14 +244,19 @@ def findings(scenarios: Sequence[Scenario]) -> list[str]:
 
 
 def _predicted(main: Scenario, scenarios: Sequence[Scenario]) -> str:
-    """What was predicted for the end of the main run, and how far predictions are off over all runs that have one."""
+    """What was predicted of the first observer's alpha_hat, how far its two parts are off, and the worst of all."""
     if not main.drift:
         return ""
+    name = main.drift[0].observer
+    own = [row for row in main.drift if row.observer == name]
+    steps = sum(row.step_from_study for row in own) - sum(row.step for row in own)
     rows = [(scenario, row) for scenario in scenarios for row in scenario.drift]
-    scenario, worst = max(rows, key=lambda one: abs(one[1].from_study - one[1].simulated))
-    return (f" Predicted from the study, before simulating: {main.drift[-1].from_study:.4g} /s. Over all {len(rows)} steps "
-            f"that can be predicted, the prediction is off by {number(abs(worst.from_study - worst.simulated), 2)} /s at most "
-            f"({scenario.title}: {worst.from_study:.4g} for {worst.simulated:.4g} /s, `{worst.observer}`).")
+    scenario, worst = max(rows, key=lambda one: abs(one[1].from_study - one[1].end))
+    return (f" Predicted from the study, before simulating: {own[-1].from_study:.4g} /s (`{name}`), taking the start to end at "
+            f"the true value. In the run the start ends {own[0].start - main.alpha:+.2g} /s from it, and the speed's steps add "
+            f"{-steps:+.2g} /s to what is predicted of them. Over all {len(rows)} steps that can be predicted, what is predicted "
+            f"for their end is off by {number(abs(worst.from_study - worst.end), 2)} /s at most ({scenario.title}: "
+            f"{worst.from_study:.4g} for {worst.end:.4g} /s, `{worst.observer}`).")
 
 
 def _rms(one: Resting) -> str:

@@ -19,28 +19,36 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class DriftRow:
-    """alpha_hat after one change of the speed reference.
+    """alpha_hat over one change of the speed reference, in 1/s.
 
     Attributes
     ----------
     observer : str
     time, before, after : float
         When (s), from and to which electrical speed (rad/s).
-    from_study : float
-        Predicted from the study alone, before any simulation, in 1/s.
-    from_motion : float
-        Predicted from the motion of the machine since the flux is constant, without looking at the observer, in 1/s.
-    simulated : float
-        In the run, just before the next change or at its end, in 1/s.
+    start : float
+        In the run, just before the step; before the first step that is where the start of the drive left it.
+    step_from_study, step_from_motion, step : float
+        What the step adds: predicted from the study alone, before any simulation; predicted from the motion of the machine,
+        without looking at the observer; and in the run.
+    from_study, end : float
+        After the step: predicted from the study alone, with the truth taken for the value after the start; and in the run, just
+        before the next change or at its end.
+    flux_error : float
+        Of the reconstructed flux then, over the flux.
     """
 
     observer: str
     time: float
     before: float
     after: float
+    start: float
+    step_from_study: float
+    step_from_motion: float
+    step: float
     from_study: float
-    from_motion: float
-    simulated: float
+    end: float
+    flux_error: float
 
 
 def explanations(run: xr.Dataset, study: Study, observers: list[str]) -> dict[str, xr.Dataset]:
@@ -69,10 +77,14 @@ def drift_rows(explained: dict[str, xr.Dataset], study: Study) -> list[DriftRow]
             if time >= end:
                 continue
             last = min(end, times[number + 1]) if number + 1 < len(times) else end
-            at = last - study.simulation.sample_time
-            moved, seen = data["predicted"].sel(late=at, method="nearest"), data["alpha_hat"].sel(time=at, method="nearest")
-            predicted = data["step_alpha_hat"].values[number - 1]
-            rows.append(DriftRow(name, time, speeds[number - 1], speeds[number], float(predicted), float(moved), float(seen)))
+            ends = (time - study.simulation.sample_time, last - study.simulation.sample_time)
+            moved, seen = ([float(data[one].sel({axis: at}, method="nearest")) for at in ends]
+                           for one, axis in (("predicted", "late"), ("alpha_hat", "time")))
+            steps = [study.machine.alpha, *data["step_alpha_hat"].values]
+            off = float(data["flux_error"].sel(time=ends[1], method="nearest")) / study.drive.flux
+            own = float(steps[number] - steps[number - 1])
+            rows.append(DriftRow(name, time, speeds[number - 1], speeds[number], seen[0], own, moved[1] - moved[0],
+                                 seen[1] - seen[0], float(steps[number]), seen[1], off))
     return rows
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from imo_analysis.equations.steady_state import slip_of_torque
+from imo_analysis.report.gram_table import GramRow, gram_rows
 from imo_analysis.report.numbers import number
 from imo_analysis.report.scenarios import Drawn, keep
 from imo_analysis.study import Study
@@ -16,6 +17,7 @@ from imo_analysis.study import Study
 if TYPE_CHECKING:
     import xarray as xr
 
+KNOWN = (0.1, 0.7)  # 1/s, rad/s: a third of the accuracy that a modulation is designed for, as three deviations must fit
 REACH = 1.5  # the torques go to so many times that at which the torque current is as large as the magnetising one
 DEPTH, FREQUENCY = 0.05, 30.0  # of the flux modulation in the map: 5 %, 30 rad/s
 
@@ -36,17 +38,19 @@ class RankRow:
 
 @dataclass(frozen=True)
 class Identifiability:
-    """Ranks with the speed as a constant parameter and with the speed row of (1), and the figures of the maps."""
+    """Ranks with the speed as a constant parameter and with the speed row of (1), figures of the maps, and Gram matrices."""
 
     constant_speed: list[RankRow]
     mechanical: list[RankRow]
     figures: list[Drawn]
+    grams: list[GramRow]
 
 
 def identifiability(study: Study, folder: Path) -> Identifiability:
     """Compute ranks and maps for the study's machine and flux, and write the figures to ``folder``."""
     from imo_analysis.drawing import rasterized
-    from imo_analysis.excitation.map_figures import plot_modulation, plot_speed_torque
+    from imo_analysis.excitation.bounds import Measurement
+    from imo_analysis.excitation.map_figures import plot_kinds, plot_modulation, plot_speed_torque
     from imo_analysis.excitation.maps import modulation_map, speed_torque_map
 
     flux, span = study.drive.flux, study.poles.sweep
@@ -55,20 +59,26 @@ def identifiability(study: Study, folder: Path) -> Identifiability:
     speeds, torques = _even(span.start, span.stop, 61), _even(-torque, torque, 41)
     constant = speed_torque_map(study.machine, speeds, torques, flux=flux)
     modulated = speed_torque_map(study.machine, speeds, torques, flux=flux, depth=DEPTH, frequency=FREQUENCY)
-    omega = max(study.poles.omega)
-    depths, frequencies = np.geomspace(0.001, 0.3, 25).tolist(), np.geomspace(1.0, 300.0, 25).tolist()
+    omega, seen = max(study.poles.omega), Measurement().duration
+    depths, frequencies = np.geomspace(0.001, 0.3, 25).tolist(), np.geomspace(2 * np.pi / seen, 300.0, 25).tolist()
     swing = modulation_map(study.machine, depths, frequencies, omega=omega, flux=flux)
     figures = [
         keep(folder, "identifiability-plane", rasterized(plot_speed_torque(constant, modulated)),
              "Smallest standard deviation that an unbiased estimate of speed or alpha can have (the Cramér-Rao bound), over "
              "speed and torque: dark is poor. Above: one unknown at a time, constant flux; at zero stator frequency it is "
              "lost, alpha without load as well. Below: both unknown, with the flux in motion; the median over the plane is "
-             f"{_median(modulated['alpha_both'])} /s for alpha and {_median(modulated['omega_both'])} rad/s for the speed."),
+             f"{_median(modulated['alpha_both'])} /s for alpha and {_median(modulated['omega_both'])} rad/s for the speed. The "
+             "bounds are those of a long time; nearer to zero stator frequency than a period in the time of the record they "
+             "promise too much."),
         keep(folder, "identifiability-modulation", rasterized(plot_modulation(swing)),
              f"The same bounds at {omega:g} rad/s without load, over depth and frequency of a flux modulation: that of alpha "
-             f"{_range(swing['alpha_both'])} /s, that of the speed {_range(swing['omega_both'])} rad/s."),
+             f"{_range(swing['alpha_both'])} /s, that of the speed {_range(swing['omega_both'])} rad/s. They are those "
+             f"of a long time; the figure begins where {seen:g} s hold a whole period, for with less they promise too much."),
+        keep(folder, "identifiability-kinds", rasterized(plot_kinds(constant, modulated, KNOWN)),
+             f"What can be known in {seen:g} s: a quantity counts as known where its bound is at most {KNOWN[0]:.2g} /s "
+             f"(alpha) or {KNOWN[1]:.2g} rad/s (omega). “Either, not both”: each is, but only while the other is given."),
     ]
-    return Identifiability(_ranks(False), _ranks(True), figures)
+    return Identifiability(_ranks(False), _ranks(True), figures, gram_rows(study, DEPTH, FREQUENCY))
 
 
 def _median(bound: xr.DataArray) -> str:
