@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from imo_analysis.equations.catalogue import OBSERVERS
+from imo_analysis.errors import InputError
 
 if TYPE_CHECKING:
     from imo_analysis.study import Study
@@ -38,7 +39,7 @@ def seen_share(study: Study, observer: str, before: float, after: float) -> floa
     Returns
     -------
     float
-        1 where the observer's linearisation is unstable at that speed: nothing is known of it then.
+        1 where the observer has no linearisation in the frame of the flux, or an unstable one: nothing is known of it then.
     """
     drive = study.drive
     nu = _FREQUENCIES * drive.speed_bandwidth
@@ -53,14 +54,17 @@ def seen_share(study: Study, observer: str, before: float, after: float) -> floa
 
 
 def _following(study: Study, observer: str, omega: float, nu: np.ndarray) -> np.ndarray | None:
-    """G(j nu) at a speed without load; None where it is unstable."""
+    """G(j nu) at a speed without load; None where there is none that is stable."""
     from imo_analysis.pencils.error import OperatingPoint, arguments
     from imo_analysis.pencils.jacobian import jacobian
 
     settings = study.observers[observer]
     if not {"alpha_hat", "omega_hat"} <= set(OBSERVERS[settings.kind].states):
         return None
-    derived = jacobian(settings.kind, "full")
+    try:
+        derived = jacobian(settings.kind, "full")
+    except InputError:  # its feedback changes when the axes turn
+        return None
     point = OperatingPoint(omega, study.drive.flux, 0.0)
     whole = derived.evaluate(arguments(derived, study.machine, settings.gains, point))
     n = len(derived.states)

@@ -254,8 +254,8 @@ def _predicted(main: Scenario, scenarios: Sequence[Scenario]) -> str:
     scenario, worst = max(rows, key=lambda one: abs(one[1].from_study - one[1].end))
     return (f" Predicted from the study, before simulating: {own[-1].from_study:.4g} /s (`{name}`), taking the start to end at "
             f"the true value. In the run the start ends {own[0].start - main.alpha:+.2g} /s from it, and the speed's steps add "
-            f"{-steps:+.2g} /s to what is predicted of them. Over all {len(rows)} steps that can be predicted, what is predicted "
-            f"for their end is off by {number(abs(worst.from_study - worst.end), 2)} /s at most ({scenario.title}: "
+            f"{-steps:+.2g} /s to what is predicted of them. Over all {len(rows)} steps that can be predicted, their "
+            f"predicted end is off by {number(abs(worst.from_study - worst.end), 2)} /s at most ({scenario.title}: "
             f"{worst.from_study:.4g} for {worst.end:.4g} /s, `{worst.observer}`).")
 
 

@@ -76,7 +76,8 @@ def identifiability(study: Study, folder: Path) -> Identifiability:
              f"of a long time; the figure begins where {seen:g} s hold a whole period, for with less they promise too much."),
         keep(folder, "identifiability-kinds", rasterized(plot_kinds(constant, modulated, KNOWN)),
              f"What can be known in {seen:g} s: a quantity counts as known where its bound is at most {KNOWN[0]:.2g} /s "
-             f"(alpha) or {KNOWN[1]:.2g} rad/s (omega). “Either, not both”: each is, but only while the other is given."),
+             f"(alpha) or {KNOWN[1]:.2g} rad/s (omega). “Either, not both”: each is, but only while the other is given. "
+             "On the line of zero stator frequency, which is thinner than the grid, constant flux shows neither."),
     ]
     return Identifiability(_ranks(False), _ranks(True), figures, gram_rows(study, DEPTH, FREQUENCY))
 

@@ -25,9 +25,12 @@ def paper_run():
 
 @pytest.mark.slow
 def test_the_steps_of_fig_4_are_predicted_before_simulating(paper_run):
-    """20 to 40, 40 to 100, 100 to 50 rad/s: each drift within 8 % for the paper's observer, 3 % for the repaired one."""
+    """20 to 40, 40 to 100, 100 to 50 rad/s: each drift within 3 % for the paper's observer, 1.5 % for the repaired one.
+
+    The paper's estimate of speed follows later the faster it turns; without that the larger steps would be 6 % off.
+    """
     study, run = paper_run
-    for observer, tolerance in (("consistent_12", 0.08), ("repaired", 0.03)):
+    for observer, tolerance in (("consistent_12", 0.03), ("repaired", 0.015)):
         hat = run.alpha_hat.sel(observer=observer)
         steps = resting.predict_steps(study, observer)
         assert [s.drift > 0 for s in steps] == [True] * 3  # the last one is a braking step
@@ -57,7 +60,10 @@ def test_the_drift_goes_with_g_over_K_p(change, factor):
     found = float(hat[-1] - hat.sel(time=3.99, method="nearest"))
     predicted = resting.predict_steps(study, "repaired")[0].drift
     plain = resting.predict_steps(Study.paper().only(["repaired"]).changed(base), "repaired")[0].drift
-    assert predicted == pytest.approx(factor * plain, rel=1e-12)
+    assert predicted == pytest.approx(factor * plain, rel=2e-3)  # K_p also moves how the estimate follows
+    bare = [resting.drift_of_step(one, one.observers["repaired"].gains, 40.0, 100.0, 0.0)
+            for one in (study, Study.paper().only(["repaired"]).changed(base))]
+    assert bare[0] == pytest.approx(factor * bare[1], rel=1e-12)
     assert found == pytest.approx(predicted, rel=0.05)
 
 
@@ -126,6 +132,76 @@ def test_square_integral_of_a_limited_first_order_step():
     rate = np.where(t < linear, limit, limit * np.exp(-bandwidth * np.clip(t - linear, 0, None)))
     assert np.trapezoid(rate, t) == pytest.approx(step, rel=1e-6)
     assert square_integral_of_step(step, bandwidth, limit) == pytest.approx(np.trapezoid(rate**2, t), rel=1e-6)
+
+
+def test_how_the_estimate_follows_is_part_of_a_step():
+    """The share of omega' omega_hat' by Parseval against a linear run of drive and estimate in time."""
+    from scipy.linalg import expm
+    from scipy.signal import lti, step
+
+    from imo_analysis.excitation import following
+    from imo_analysis.pencils.error import OperatingPoint, full_pencil
+
+    study = Study.paper()
+    w, w_i = study.drive.speed_bandwidth, study.drive.current_bandwidth
+    drive = lti([w_i * w, w_i * w * w], [1.0, w_i, 2 * w * w_i, w * w * w_i])  # of the speed by its reference
+    t = np.linspace(0, 1.0, 200_001)
+    acceleration = np.gradient(step(drive, T=t)[1], t)
+    squares = np.trapezoid(acceleration**2, t) / (w / 2)
+    shares = {name: following.seen_share(study, name, 40.0, 100.0) for name in ("consistent_12", "repaired")}
+    assert squares == pytest.approx(1.015, rel=0.003)  # (1 + w/w_i)/2: the current loop alone
+    assert shares["consistent_12"] < 0.97 < 1.0 < shares["repaired"] < 1.03
+    h, a = t[1] - t[0], acceleration / w
+    for name, share in shares.items():
+        pencil = full_pencil(study.machine, name, study.observers[name].gains, OperatingPoint(60.0, study.drive.flux))
+        kept = [k for k, state in enumerate(pencil.state_labels) if state != "alpha_tilde"]
+        A, b = pencil.A[np.ix_(kept, kept)], pencil.B[kept, pencil.input_labels.index("omega_dot")]
+        over = expm(h * np.block([[A, b[:, None]], [np.zeros((1, len(kept) + 1))]]))
+        x, seen = np.zeros(len(kept)), 0.0
+        for k in range(60_000):  # 0.3 s: 13 time constants of the speed loop
+            after = over[:-1, :-1] @ x + over[:-1, -1] * (a[k] + a[k + 1]) / 2
+            seen += (a[k] + a[k + 1]) / 2 * ((a[k] + a[k + 1]) / 2 * h - (after[-1] - x[-1]))
+            x = after
+        assert share == pytest.approx(seen * 2 * w, rel=2e-3), name
+    slow = study.changed({"drive.speed_bandwidth": 2.0})  # nothing is late then
+    assert following.seen_share(slow, "consistent_12", 40.0, 41.0) == pytest.approx(1.0, abs=1e-2)
+    unstable = study.changed({"observers.consistent_12.kind": "printed_7"})
+    assert following.seen_share(unstable, "consistent_12", 40.0, 100.0) == 1.0
+
+
+def test_a_step_at_the_current_limit_is_not_stretched():
+    """Where the acceleration is limited the closed form of a limited step stands, whoever follows."""
+    study = Study.paper().changed({"drive.current_limit": 12.0})
+    gains = study.observers["repaired"].gains
+    assert resting.drift_of_step(study, gains, 40.0, 100.0, 0.0, "repaired") == resting.drift_of_step(study, gains, 40.0, 100.0, 0.0)
+    assert resting.drift_of_step(study, gains, 40.0, 40.0, 5.0) == 0.0
+
+
+def test_a_braking_load_shortens_the_limited_acceleration_and_a_driving_one_stretches_it():
+    """At the limit of current the torque of the load is taken from a step up and helps a step down; here by hand."""
+    study = Study.paper().changed({"drive.current_limit": 12.0})
+    gains, machine, drive = study.observers["repaired"].gains, study.machine, study.drive
+    braking = 5.0 * machine.n_p / machine.J
+    most = machine.mu * drive.flux * math.sqrt(12.0**2 - (drive.flux / machine.L_m) ** 2)
+    per = gains["g"] / gains["K_p"] * machine.L_m / (machine.mu * drive.flux**2)
+    for before, after, limit in ((40.0, 100.0, most - braking), (100.0, 40.0, most + braking)):
+        assert limit < drive.speed_bandwidth * 60.0
+        expected = per * (square_integral_of_step(60.0, drive.speed_bandwidth, limit) + braking * (after - before))
+        assert resting.drift_of_step(study, gains, before, after, 5.0) == pytest.approx(expected, rel=1e-12)
+
+
+def test_the_flux_error_counts_both_axes():
+    """A flux estimate that is off along d alone, and along q alone."""
+    from imo_analysis.simulation.run import simulate
+
+    study = Study.paper().only(["repaired"]).changed({"simulation.duration": 0.2, "reference.time": [0.0, 0.1],
+                                                      "reference.omega": [20.0, 40.0]})
+    run = simulate(study)
+    for axis in "dq":
+        off = run.copy()
+        for other in "dq":
+            off[f"phi_{other}r_hat"] = off[f"phi_{other}r_hat"] * 0 + run[f"phi_{other}r"] + (0.02 if other == axis else 0.0)
+        assert resting.explain(off, study, "repaired", 0.05).flux_error.values == pytest.approx(0.02)
 
 
 @pytest.mark.parametrize(
