@@ -310,10 +310,14 @@ def paper_text() -> str:
 
 
 def merged(base: Mapping[str, Any], overlay: Mapping[str, Any]) -> dict[str, Any]:
-    """``overlay`` over ``base``, table by table; neither is changed."""
+    """``overlay`` over ``base``, table by table; neither is changed. Of ``[saturation]`` a knee takes the place of a table of
+    flux and current, and the other way round."""
     result = dict(base)
     for key, value in overlay.items():
         have = result.get(key)
+        if key == "saturation" and isinstance(have, Mapping) and isinstance(value, Mapping):
+            gone = {"flux", "current"} if "knee" in value else {"knee", "power"} if {"flux", "current"} & value.keys() else set()
+            have = {name: one for name, one in have.items() if name not in gone}
         result[key] = merged(have, value) if isinstance(have, Mapping) and isinstance(value, Mapping) else value
     return result
 

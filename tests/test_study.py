@@ -169,3 +169,22 @@ def test_merging_leaves_both_alone():
     base, over = {"a": {"b": 1, "c": [1, 2]}}, {"a": {"c": [3]}, "d": math.pi}
     assert merged(base, over) == {"a": {"b": 1, "c": [3]}, "d": math.pi}
     assert base == {"a": {"b": 1, "c": [1, 2]}}
+
+
+CURVE = {"flux": [0.3, 0.6, 0.9], "current": [5.0, 10.5, 19.0]}
+
+
+def test_of_two_magnetising_curves_the_overlay_has_the_last_word():
+    """A measured table in a study from ``imo study --init``, whose scenario ``real`` has a knee."""
+    machine = Study.paper().machine
+    table = {**CURVE, "current": [psi / machine.L_s * (1 + (psi / 0.8) ** 6) for psi in CURVE["flux"]]}
+    lines = "\n".join(f"{key} = {value}" for key, value in table.items())
+    study = Study.from_toml(f"{paper_text()}\n[saturation]\n{lines}\n")
+    assert study.saturation.flux == tuple(table["flux"]) and study.saturation.knee == 0
+    real = study.scenario("real")
+    assert real.saturation.knee > 0 and real.saturation.flux == () == real.saturation.current
+    back = real.changed({f"saturation.{key}": value for key, value in table.items()})
+    assert back.saturation.flux == tuple(table["flux"]) and back.saturation.knee == 0
+    assert not study.changed({"saturation.knee": 0.0}).saturation.on
+    with pytest.raises(InputError, match="were both given"):
+        Study.paper().changed({"saturation": {"knee": 0.7, **table}})

@@ -69,7 +69,8 @@ class Tally:
         Returns
         -------
         dict
-            By observer: ``lost_at`` (s or None), ``settled_at`` (s from the start, None where it did not stay, by `SETTLED` and `STAYED`, or no speed is known),
+            By observer: ``lost_at`` (s or None), ``settled_at`` (s from the start, None where it did not stay, by `SETTLED` and
+            `STAYED`, or no speed is known),
             ``counted_from`` (s), ``speed_error_rms``, ``_std``, ``_mean``, ``_peak``, and ``_smoothed``: the deviation of means
             over a thousandth of the record (rad/s, None without a speed),
             ``current_error_share`` (RMS over RMS), and the last ``omega_hat``, ``alpha_hat``, ``flux_hat``.

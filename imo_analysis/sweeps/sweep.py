@@ -23,6 +23,7 @@ from imo_analysis.simulation.composition import loop_of
 from imo_analysis.simulation.kernel import plain
 from imo_analysis.simulation.run import provenance, simulate_labelled
 from imo_analysis.study import Study
+from imo_analysis.study_units import unit_of
 from imo_analysis.sweeps import distributions
 from imo_analysis.sweeps.batch import lane_fields, processors, run_batch
 from imo_analysis.sweeps.metrics import METRICS, metrics, summed, window_of
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
 
 SCHEMA = "imo-sweep/1"
 CHUNK = 512
+WORKERS_WITHIN = 30.0  # s, that a cluster has to show its first worker
 Array = NDArray[np.float64]
 # name -> array of shape (observers, runs of the chunk); and "possible", shape (runs of the chunk,)
 Part = dict[str, NDArray[Any]]
@@ -64,6 +66,8 @@ class Plan:
     chunks : list of Chunk
     runs : int
         Runs in all.
+    one_by_one : bool
+        Whether a field is drawn that cannot differ from lane to lane, so that every run is one of its own.
     """
 
     def __init__(self, study: Study) -> None:
@@ -81,13 +85,18 @@ class Plan:
         own = {name: own_value(self.study, name) for name in self.fields}
         in_lanes = lane_fields(self.study)
         outer = {}
+        self.one_by_one = False
         for name, spec in self.fields.items():
             if name in in_lanes:
                 self._check_numbers(name, spec)
                 continue
-            if not distributions.is_grid(spec):
-                raise InputError(f"sweep.fields.{name} can be swept over a grid only: values, linspace or geomspace")
-            outer[name] = distributions.grid(spec)
+            if distributions.is_grid(spec):
+                outer[name] = distributions.grid(spec)
+            elif isinstance(own[name], float):
+                self.one_by_one = True
+            else:
+                raise InputError(f"sweep.fields.{name}: {own[name]!r} is no number with decimals; it can be swept over a grid "
+                                 "only: values, linspace or geomspace")
         self._own = own
         self._outer = list(itertools.product(*outer.values()))
         self._outer_names = list(outer)
@@ -113,7 +122,7 @@ class Plan:
                 last = min(first + CHUNK, each)
                 self.chunks.append(Chunk(len(self.chunks), variant * each + first, variant * each + last, variant))
         for variant in range(len(self._outer)):
-            self._check_window(self.variant(variant))
+            self.check_window(self.variant(variant))
 
     @staticmethod
     def _check_numbers(name: str, spec: Mapping[str, Any]) -> None:
@@ -121,7 +130,14 @@ class Plan:
             if isinstance(value, bool) or not isinstance(value, (int, float)):
                 raise InputError(f"sweep.fields.{name}: {value!r} must be a number in {unit_of(name)}, without its unit")
 
-    def _check_window(self, study: Study) -> None:
+    def check_window(self, study: Study) -> None:
+        """Refuse a window that is not in the run of a study.
+
+        Raises
+        ------
+        InputError
+            With the time that is wrong.
+        """
         first, last = window_of(study)
         T, length = study.simulation.sample_time, study.simulation.duration
         if first + study.simulation.record_every >= last:
@@ -194,22 +210,35 @@ def compute(text: str, number: int, jobs: int = 1) -> Part:
     good = np.flatnonzero(~wrong)
     if not good.size:
         return found
-    if plain(loop_of(study)):
+    if plain(loop_of(study)) and not plan.one_by_one:
         summary = run_batch(study, {name: value[good] for name, value in values.items()}, nominal=nominal,
                             window=window_of(study), band=plan.settings.band, jobs=jobs, machines=len(good))
         for name, value in metrics(study, summary).items():
             found[name][:, good] = value
         return found
 
-    def single(run: int) -> dict[str, Array]:
-        one = plan.study_of(chunk.first + run)
+    def single(run: int) -> dict[str, Array] | str:
+        try:
+            one = plan.study_of(chunk.first + run)
+            plan.check_window(one)
+        except InputError as error:  # what was drawn makes no study; with its values out, the same reasons count together
+            text = str(error)
+            for name, value in values.items():
+                for written in (repr(float(value[run])), f"{value[run]:g}"):
+                    text = text.replace(f"{name.rpartition('.')[2]} = {written}", name.rpartition(".")[2])
+            return text
         data, _ = simulate_labelled(one)
         return metrics(one, summed(one, data, window_of(one)))
 
     with ThreadPoolExecutor(jobs) as pool:
         for run, one in zip(good, pool.map(single, good), strict=True):
+            if isinstance(one, str):
+                found["possible"][run] = False
+                reasons.append(f"1 with {one}")
+                continue
             for name, value in one.items():
                 found[name][:, run] = value[:, 0]
+    found["reasons"] = np.array(json.dumps(reasons))
     return found
 
 
@@ -225,7 +254,7 @@ def connected(scheduler: Any) -> Any:
     Raises
     ------
     InputError
-        If dask is not installed or the scheduler does not answer.
+        If dask is not installed, the scheduler does not answer, or it has no workers.
     """
     try:
         from distributed import Client
@@ -233,10 +262,18 @@ def connected(scheduler: Any) -> Any:
         raise InputError("--scheduler needs dask.distributed; pip install 'imo-analysis[sweep]'") from None
     try:
         # never the default: a client that got no answer would stay it, and fail every later use of dask in this process
-        return Client(scheduler, timeout=10, set_as_default=False)
+        client = Client(scheduler, timeout=10, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
         raise InputError(f"--scheduler = {scheduler} does not answer ({str(error).splitlines()[0]}); "
                          "start one with: dask scheduler") from None
+    try:
+        client.wait_for_workers(1, timeout=WORKERS_WITHIN)
+    except TimeoutError:
+        address = client.scheduler.address
+        client.close()
+        raise InputError(f"--scheduler = {scheduler} has no workers after {WORKERS_WITHIN:g} s; start some with: dask worker "
+                         f"{address}") from None
+    return client
 
 
 def on_cluster(plan: Plan, wanted: list[int], client: Any) -> Iterator[tuple[int, Part]]:
@@ -290,25 +327,6 @@ def refused(parts: list[Part]) -> dict[str, int]:
             count, _, text = reason.partition(" with ")
             counts[text] = counts.get(text, 0) + int(count)
     return counts
-
-
-def unit_of(name: str) -> str:
-    """Unit of a field, by the notation table where it has one."""
-    from imo_analysis.notation import symbol
-
-    parts = name.split(".")
-    own = {"current_bandwidth": "rad/s", "flux_bandwidth": "rad/s", "speed_bandwidth": "rad/s", "voltage_limit": "V",
-           "current_limit": "A", "flux": "Wb", "flux_modulation": "Wb", "flux_modulation_frequency": "rad/s",
-           "current_offset": "A", "current_gain": "1", "current_noise": "A"}
-    if "errors" in parts:
-        return "1"
-    word = parts[-2] if parts[-1].isdigit() else parts[-1]
-    if word in own:
-        return own[word]
-    try:
-        return str(symbol(word).unit)
-    except (KeyError, InputError):
-        return "1"
 
 
 def sweep(

@@ -19,6 +19,7 @@ from imo_analysis.machine import InductionMachine
 from imo_analysis.notation import symbol
 from imo_analysis.study import Study
 from imo_analysis.study_tables import Table
+from imo_analysis.study_units import declared_unit
 from imo_manual.names import documented
 
 _NOT_WRITTEN = ("data", "machine", "scenarios")  # data is the study itself; the others have sections of their own
@@ -107,7 +108,7 @@ _MACHINE = (
 
 def _field(table: str, key: str, info: Any, known: dict[str, tuple[str, str]], name: str = "") -> Field:
     label = name or key.rpartition(".")[2]
-    unit = _unit(info) or _unit_of_symbol(label, info.annotation)
+    unit = declared_unit(info) or _unit_of_symbol(label, info.annotation)
     kind, bounds = _kind(info.annotation), _bounds(info)
     default = "required" if info.is_required() else _toml(info.default)
     return Field(table, key, unit, kind, bounds, default, _meaning(label, known))
@@ -130,24 +131,6 @@ def _unit_of_symbol(name: str, annotation: Any) -> str:
         return symbol(name).unit
     except InputError:
         return ""
-
-
-def _unit(info: Any) -> str:
-    """The unit to which the field's validator converts, looked up in that validator, in lists and optional values too."""
-    for one in (*info.metadata, *(mark for mark in _marks(info.annotation))):
-        function = getattr(one, "func", None)
-        if function is not None and inspect.isfunction(function):
-            found = inspect.getclosurevars(function).nonlocals.get("unit")
-            if isinstance(found, str):
-                return found
-    return ""
-
-
-def _marks(annotation: Any) -> Iterator[Any]:
-    yield from getattr(annotation, "__metadata__", ())
-    for one in typing.get_args(annotation):
-        if not isinstance(one, str):
-            yield from _marks(one)
 
 
 def _models(annotation: Any) -> Iterator[type]:

@@ -90,6 +90,15 @@ def test_it_holds_far_from_zero_stator_frequency_and_is_lost_near_it(plane):
     assert back < 1.5 and gone > 5.0
 
 
+def test_where_something_diverges_the_error_is_infinite_and_nothing_holds(cold):
+    """An adaptation with the wrong sign runs away; the baseline beside it holds."""
+    wrong = cold.changed({"observers.repaired.gains.K_p": -100.0})
+    plane = sensorless_map(wrong, [40.0], [0.0], hold=0.5)
+    error = plane["speed_error"].sel(omega=40.0, T_l=0.0)
+    assert np.isinf(error.sel(observer="repaired")) and error.sel(observer="baseline") < 1.0
+    assert list(plane["holds"].sel(omega=40.0, T_l=0.0).values) == [1, 0]
+
+
 def test_stator_frequency_is_the_one_of_a_run(cold, plane):
     """At steady state the rotor flux turns with it."""
     study = maps._prepared(cold, "baseline", "reference", 2.0).changed({

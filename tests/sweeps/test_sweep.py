@@ -12,7 +12,7 @@ from imo_analysis import cli
 from imo_analysis.errors import InputError
 from imo_analysis.report.sweep_figures import edges_of, shares, sweep_figure
 from imo_analysis.simulation.run import simulate
-from imo_analysis.sweeps import distributions
+from imo_analysis.sweeps import distributions, parts
 from imo_analysis.sweeps import sweep as sweeps
 from imo_analysis.sweeps.metrics import METRICS
 from imo_analysis.sweeps.sweep import Plan, connected, sweep
@@ -170,6 +170,29 @@ def test_what_lanes_do_not_know_is_run_one_by_one(paper, monkeypatch):
     assert np.isfinite(real.speed_rms).all() and not np.allclose(real.speed_rms, fast.speed_rms, rtol=1e-6)
 
 
+def test_any_number_with_decimals_can_be_drawn(paper):
+    """What lanes do not have is run one by one: each run is the study that it says, and the impossible are left out."""
+    study = short(paper.only(["repaired", "baseline"]), runs=8, fields={
+        "mechanics.coulomb": {"normal": [0.3, 0.3]}, "inverter.dead_time": {"uniform": [0.0, 4e-6]},
+        "simulation.duration": {"uniform": [0.02, 0.1]}, "machine.R_r": {"relative": 0.3},
+    }, start=0.0, hold=0.04).changed({"inverter.dc_link": 600.0})
+    result, plan = sweep(study), Plan(study)
+    assert result.identical(sweep(study, jobs=2))
+    possible = result.possible.values == 1
+    values = {name: result[name].values for name in plan.fields}
+    assert np.array_equal(possible, (values["mechanics.coulomb"] >= 0) & (values["simulation.duration"] >= 0.04))
+    counts = json.loads(result.attrs["refused"])
+    assert sum(counts.values()) == (~possible).sum() > 1 and any("mechanics.coulomb" in text for text in counts)
+    for run in np.flatnonzero(possible)[:2]:
+        trajectory = simulate(plan.study_of(int(run)))
+        assert plan.study_of(int(run)).inverter.dead_time == values["inverter.dead_time"][run]
+        for name in study.observers:
+            off = (trajectory.omega - trajectory.omega_hat.sel(observer=name)).values
+            found = float(result.speed_peak.sel(observer=name, run=run))
+            assert found == pytest.approx(np.abs(off).max(), rel=1e-12)
+    assert np.isnan(result.speed_rms.values[:, ~possible]).all()
+
+
 def test_impossible_machines_are_counted_and_left_out(paper):
     fields = {"machine.R_r": {"normal": [0.3, 0.3]}, "machine.L_m": {"relative": 0.05}}
     study = short(paper.only(["repaired"]), runs=60, fields=fields)
@@ -212,7 +235,9 @@ def test_many_machines_are_checked_in_no_time(paper):
     ({"machine.R_r": {"values": ["much"]}}, "must be a number in ohm"),
     ({"machine.R_r": 0.5}, "must be a table"),
     ({"reference.omega.7": {"uniform": [1, 2]}}, "entries 0 to 1"),
-    ({"simulation.sample_time": {"uniform": [1e-4, 2e-4]}}, "over a grid only"),
+    ({"simulation.substeps": {"uniform": [1, 4]}}, "over a grid only"),
+    ({"drive.feedback": {"uniform": [1, 4]}}, "over a grid only"),
+    ({"mechanics.coulomb": {"uniform": [-2.0, -1.0]}}, "40 with study: mechanics.coulomb: input should be greater"),
     ({"machine.R_r": {"uniform": [-2.0, -1.0]}}, "none of the 40 runs"),
 ])
 def test_faults_are_named_in_one_line(paper, fields, text):
@@ -278,6 +303,22 @@ def test_the_file_reads_back_as_what_was_written(file):
         assert back.identical(sweep(Study.load(file)))
 
 
+@pytest.mark.parametrize(("change", "text"), [("versions", "its versions differs"), ("chunk", "its chunk differs")])
+def test_resuming_with_another_program_is_refused(file, monkeypatch, capsys, change, text):
+    compute = sweeps.compute
+    monkeypatch.setattr(sweeps, "compute", lambda *args: (_ for _ in ()).throw(KeyboardInterrupt))
+    assert cli.main(["sweep", "study.toml"]) == 2
+    capsys.readouterr()
+    if change == "versions":
+        monkeypatch.setattr(parts, "version", lambda name: "0.0.1")
+    else:
+        monkeypatch.setattr(parts, "CHUNK", 11)
+    monkeypatch.setattr(sweeps, "compute", compute)
+    assert cli.main(["sweep", "study.toml", "--resume"]) == 2
+    assert text in capsys.readouterr().err
+    monkeypatch.undo()
+
+
 def test_resuming_another_sweep_is_refused(file, monkeypatch, capsys):
     monkeypatch.setattr(sweeps, "compute", lambda *args: (_ for _ in ()).throw(KeyboardInterrupt))
     assert cli.main(["sweep", "study.toml"]) == 2
@@ -328,6 +369,17 @@ def test_a_dask_cluster_gives_the_same_to_the_bit(data, study):
     distributed = pytest.importorskip("distributed")
     with distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=False, dashboard_address=None) as cluster:
         assert sweep(study, scheduler=cluster.scheduler_address).identical(data)
+
+
+def test_a_cluster_without_workers_is_named(study, monkeypatch):
+    distributed = pytest.importorskip("distributed")
+    monkeypatch.setattr(sweeps, "WORKERS_WITHIN", 0.3)
+    with (
+        distributed.LocalCluster(n_workers=0, processes=False, dashboard_address=None) as cluster,
+        pytest.raises(InputError, match=r"has no workers after 0.3 s; start some with: dask worker inproc://") as caught,
+    ):
+        connected(cluster.scheduler_address)
+    assert "\n" not in str(caught.value)
 
 
 # The picture ----------------------------------------------------------------------------------------------------------
