@@ -316,7 +316,8 @@ def merged(base: Mapping[str, Any], overlay: Mapping[str, Any]) -> dict[str, Any
     for key, value in overlay.items():
         have = result.get(key)
         if key == "saturation" and isinstance(have, Mapping) and isinstance(value, Mapping):
-            gone = {"flux", "current"} if "knee" in value else {"knee", "power"} if {"flux", "current"} & value.keys() else set()
+            table = bool({"flux", "current"} & value.keys())
+            gone = {"flux", "current"} if "knee" in value else {"knee", "power"} if table else set()
             have = {name: one for name, one in have.items() if name not in gone}
         result[key] = merged(have, value) if isinstance(have, Mapping) and isinstance(value, Mapping) else value
     return result

@@ -121,7 +121,7 @@ def speed_figure(run: xr.Dataset, window: tuple[float, float] | None = None, obs
         _plot(below, part, errors[name], (k, len(names)), **_look(name))
     below.axhline(0.0, color=TRUTH.color, linewidth=0.6)
     above.set_ylabel("speed (rad/s)")
-    below.set_ylabel("true − estimate (rad/s)")
+    below.set_ylabel("true − estimate\n(rad/s)")
     below.set_xlabel("time (s)")
     _speed_limits(above, omega, [part["omega_hat"].sel(observer=name).values for name in names])
     gone = leaving(omega, errors)
@@ -152,9 +152,9 @@ def _farthest(error: NDArray[np.float64]) -> float:
 
 
 def _speed_limits(axes: Any, omega: NDArray[np.float64], estimates: Sequence[NDArray[np.float64]]) -> None:
-    """Limits that show the true speed whole, and of the estimates what is within so much of it again."""
+    """Limits that show the true speed whole, and of the estimates what is within so much of it again, or three quarters of it."""
     low, high = float(np.nanmin(omega)), float(np.nanmax(omega))
-    span = max(high - low, 0.02 * max(abs(low), abs(high)), 1e-6)
+    span = max(high - low, 0.75 * max(abs(low), abs(high)), 1e-6)
     _robust_limits(axes, [omega, *(np.clip(one, low - span, high + span) for one in estimates)], 0.12)
 
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from imo_analysis.drawing import line, new_figure, style
 from imo_analysis.errors import InputError
+from imo_analysis.notation import symbol
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -75,10 +76,16 @@ def edges_of(values: Array, cells: int) -> Array:
 def _scale(data: xr.Dataset, field: str) -> tuple[float, float, str]:
     """Factor, offset and label of an axis: in per cent off the study's value where it has one."""
     own = float(data[field].attrs.get("study_value", 0.0))
+    unit, name = _unit(data, field), _name(field)
     if own and not field.startswith(("reference.", "load.", "initial.")) and ".errors." not in field:
-        return 100.0 / own, -100.0, f"{field}, off the study's {own:.4g} {_unit(data, field)} by (%)"
-    unit = _unit(data, field)
-    return 1.0, 0.0, f"{field} ({unit})" if unit else field
+        return 100.0 / own, -100.0, f"{name} off {own:.3g} {unit} by (%)"
+    return 1.0, 0.0, f"{name} ({unit})" if unit else name
+
+
+def _name(field: str) -> str:
+    """The symbol of a parameter of the machine, else the dotted name, short enough for the side of a map."""
+    table, _, key = field.rpartition(".")
+    return f"${symbol(key).latex}$" if table == "machine" else field.removeprefix("observers.")
 
 
 def _unit(data: xr.Dataset, field: str) -> str:

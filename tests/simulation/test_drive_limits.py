@@ -45,7 +45,8 @@ def test_the_current_asked_for_is_within_the_limit_and_reaches_it(limit: float) 
 def test_the_currents_of_a_run_stay_about_the_limit() -> None:
     """A step of speed that takes all the current there is: the loop overshoots by no more than a tenth."""
     study = Study.paper().only(["baseline"]).changed({
-        "simulation": {"duration": 0.6, "record_every": 1}, "windows": [], "reference": {"time": [0.0, 0.1], "omega": [20.0, 100.0]},
+        "simulation": {"duration": 0.6, "record_every": 1}, "windows": [],
+        "reference": {"time": [0.0, 0.1], "omega": [20.0, 100.0]},
         "initial": {"i_ds": 8.83, "phi_dr": 0.5307, "omega": 20.0}, "drive.current_limit": 14.0,
     })
     run = simulate(study)

@@ -391,11 +391,20 @@ def test_shares_count_runs(data):
 
 
 def test_figures_of_one_and_of_two_fields(data, paper):
-    panels = sweep_figure(data).axes
-    assert "off the study's" in panels[0].get_ylabel() or "off the study's" in str(sweep_figure(data)._supxlabel.get_text())
+    figure = sweep_figure(data)
+    labels = figure.axes[0].get_ylabel(), figure._supxlabel.get_text()
+    assert labels == ("$R_s$ off 0.439 Ω by (%)", "$R_r$ off 0.615 Ω by (%)")
+    height, bound = _label_height(figure)
+    assert height < bound
     grid = sweep(short(paper.only(["repaired"]), runs=1, fields={"machine.R_r": {"linspace": [0.4, 0.8, 9]}}))
     above, below = sweep_figure(grid).axes
     assert above.get_ylabel().endswith("(%)") and "(rad/s)" in below.get_ylabel()
+
+
+def _label_height(figure):
+    """Height of the label beside the first panel, and of the figure, in pixels."""
+    figure.canvas.draw()
+    return figure.axes[0].yaxis.label.get_window_extent().height, figure.get_window_extent().height
 
 
 def test_nothing_to_draw_over(paper):
