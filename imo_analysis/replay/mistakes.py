@@ -28,6 +28,7 @@ from imo_analysis.replay.check import Fit, fit, level, stator_frequency
 from imo_analysis.replay.gains import LEAST_TURN, default_bandwidth, default_gains
 from imo_analysis.replay.kernel import replay_kernel
 from imo_analysis.replay.logs import Samples
+from imo_analysis.replay.start import flying_start
 from imo_analysis.replay.survey import Survey
 from imo_analysis.simulation.run import BOUND
 
@@ -229,12 +230,16 @@ def _undone(mistake: Mistake, stretch: Samples, T: float, machine: InductionMach
 
 
 def _estimated_speed(u: np.ndarray, i: np.ndarray, T: float, machine: InductionMachine) -> np.ndarray:
-    """The speed by the repaired observer with the gains of `replay_gains`; NaN where it diverges."""
+    """The speed by the repaired observer with the gains of `replay.gains`; NaN where it diverges."""
     now = level(u, i, T, machine)
     if now.flux <= 0:
         return np.full(len(u), np.nan)
     gains = default_gains("repaired", machine, now, default_bandwidth(machine, now, T))
-    x = np.array([i[0].real, i[0].imag, i[0].real, i[0].imag, i[0].real, i[0].imag, machine.alpha, 0.0])
+    here = Samples(0, T * np.arange(len(u)), u.real, u.imag, i.real, i.imag, None, None)
+    begun = flying_start(here, T, machine).values
+    states = {"z_1_hat": i[0].real, "z_2_hat": i[0].imag, "xi_1_hat": i[0].real, "xi_2_hat": i[0].imag, **begun,
+              "i_ds_hat": i[0].real, "i_qs_hat": i[0].imag, "alpha_hat": machine.alpha}
+    x = np.array([float(states.get(name, 0.0)) for name in OBSERVERS["repaired"].states])
     steps = np.full(len(u) - 1, T)
     out = np.full((len(u), len(x)), np.nan)
     out[0] = x

@@ -353,6 +353,14 @@ def test_a_machine_that_is_a_little_off_is_no_mistake(started, errors, measured)
     assert result is not None and result.good()
 
 
+def test_a_record_that_begins_magnetised_fits_without_a_speed_too(folder):
+    """Begun without flux, the observer that stands in for the speed would be led astray, and the record be refused."""
+    path = write(folder / "on.csv", _cut(start_up(0.5), 1500))
+    _, found, _ = prepared(path, TABLE, columns={"omega": "none"}, treatment=Treatment())
+    result = check(found.stretch, found, TABLE)
+    assert abs(result.factor - 1) < 0.05 and result.share > 0.99
+
+
 def test_the_wrong_machine_is_refused(started):
     _, found, _ = prepared(started, TABLE)
     with pytest.raises(InputError, match="does not fit the machine 'IMMEC'"):
