@@ -84,9 +84,9 @@ def table(head: Sequence[object], rows: Iterable[Sequence[object]], caption: str
     empty = {k for k in range(len(head)) if lines and all(row[k] == "–" for row in lines)}
 
     def cells(kind: str, row: Sequence[object]) -> Html:
-        shown = ((k, inline(cell)) for k, cell in enumerate(row) if k not in empty)
-        return join((tag(kind, _parted(cell) if kind == "th" else cell, class_="n" if k in right else None)
-                     for k, cell in shown), "")
+        parted = _parted if kind == "th" else _deviation_below
+        shown = ((k, parted(inline(cell))) for k, cell in enumerate(row) if k not in empty)
+        return join((tag(kind, cell, class_="n" if k in right else None) for k, cell in shown), "")
 
     title = tag("caption", inline(caption)) if caption else Html("")
     body = join(tag("tr", cells("td", row)) for row in lines)
@@ -96,6 +96,11 @@ def table(head: Sequence[object], rows: Iterable[Sequence[object]], caption: str
 def _parted(cell: Html) -> Html:
     """A head whose names may be broken after an underscore, and nowhere else."""
     return Html(re.sub(r"<code>[^<]*</code>", lambda name: name[0].replace("_", "_<wbr/>"), cell))
+
+
+def _deviation_below(cell: Html) -> Html:
+    """A mean with its deviation, which may go on the next line where the table is wide."""
+    return Html(cell.replace(" ± ", " ±<wbr/> "))
 
 
 _COLUMN, _WIDE = 518.4, 56.0  # points of a figure as wide as a column, and its width in the page in rem

@@ -76,6 +76,10 @@ def test_a_head_is_broken_at_underscores_only() -> None:
     assert "<td><code>consistent_12</code></td>" in table(("`consistent_12`",), [("`consistent_12`",)])
 
 
+def test_a_deviation_may_go_on_the_next_line() -> None:
+    assert '<td class="n">1 ±<wbr/> 2</td>' in table(("a",), [("1 ± 2",)], numeric=(0,))
+
+
 def test_long_formulas_are_broken_before_a_sign() -> None:
     term = r"\tilde{i}_{ds} \left(\hat{\xi}_1 - \left(1 + \beta L_m\right) i_{ds}\right)"
     long = f"V = {' + '.join([term] * 4)} - \\frac{{a}}{{b}}"
