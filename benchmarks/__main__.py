@@ -169,8 +169,9 @@ def growth(quick: bool) -> list[dict[str, Any]]:
                      f"{late * 1e3:.3g} and {early * 1e3:.3g} ms; set-up of a run {first * 1e3:.2g} ms"))
     few, more, most = 1_000, 6_000 if quick else 11_000, 20_000 if quick else 100_000
     early, late, first = _marginal([(number, small_sweep(number)) for number in (few, more, most)], 3 if quick else 5)
-    rows.append(even(f"one more machine in a sweep, up to {most:,} / up to {more:,}", late / early,
-                     f"{late * 1e6:.3g} and {early * 1e6:.3g} us; set-up of a sweep {first * 1e3:.2g} ms"))
+    rows.append(even(f"one more machine in a sweep, from {few:,} on: up to {most:,} / up to {more:,}", late / early,
+                     f"{late * 1e6:.3g} and {early * 1e6:.3g} us; set-up of a sweep {first * 1e3:.2g} ms, as much as "
+                     f"{first / early:.0f} machines"))
     large, small = _peak_of(most), _peak_of(few)
     rows.append(row(f"peak memory of a sweep of {most:,} machines / of {few:,}", large / small, 1.10, False,
                     f"{large / 1e6:.0f} and {small / 1e6:.0f} MB"))
