@@ -9,8 +9,6 @@ import subprocess
 import tempfile
 from pathlib import Path
 
-from imo_analysis.report.pdf_pack import packed
-
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "msedge")
 _PATIENCE = 180  # s
 _FLAGS = ("--headless", "--disable-gpu", "--no-first-run", "--disable-background-networking",
@@ -58,5 +56,5 @@ def print_page(page: Path, target: Path) -> str:
             return f"no PDF: {found} did not print ({error})"
         if not made.is_file():
             return f"no PDF: {found} did not print: {done.stderr.decode(errors='replace').strip()[-300:]}"
-        target.write_bytes(packed(_DATE.sub(rb"/\1 (D:" + _NO_DATE, made.read_bytes())))
+        target.write_bytes(_DATE.sub(rb"/\1 (D:" + _NO_DATE, made.read_bytes()))
     return ""

@@ -152,7 +152,7 @@ def _farthest(error: NDArray[np.float64]) -> float:
 
 
 def _speed_limits(axes: Any, omega: NDArray[np.float64], estimates: Sequence[NDArray[np.float64]]) -> None:
-    """Limits that show the true speed whole, and of the estimates what is within so much of it again, or three quarters of it."""
+    """Limits that show the true speed whole, and of the estimates what is within as much again, or three quarters of it."""
     low, high = float(np.nanmin(omega)), float(np.nanmax(omega))
     span = max(high - low, 0.75 * max(abs(low), abs(high)), 1e-6)
     _robust_limits(axes, [omega, *(np.clip(one, low - span, high + span) for one in estimates)], 0.12)

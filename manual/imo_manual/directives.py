@@ -330,7 +330,8 @@ def setup(app: Sphinx) -> None:
     for name, directive in (
         ("definition", Definition), ("observer", Observer), ("catalogue", Catalogue), ("notation", Notation),
         ("study-fields", StudyFields), ("commands", Commands), ("ledger-entries", Ledger), ("presets", Presets),
-        ("room", Room), ("chosen", Chosen), ("entry", Entries), ("gain-rule", GainRule), ("replayed", Replayed), ("drawn", Drawn),
+        ("room", Room), ("chosen", Chosen), ("entry", Entries), ("gain-rule", GainRule),
+        ("replayed", Replayed), ("drawn", Drawn),
     ):
         app.add_directive(name, directive)
     app.add_role("pyname", PyName())

@@ -12,8 +12,8 @@ from imo_analysis.study import Study
 
 def references(i, omega, phi, omega_ref, flux_ref, p, d):
     """``(i_d_ref, i_q_ref)`` of one sample, from its voltage with integrals at zero and a voltage limit out of reach."""
-    R_s, L_m, sigma, beta, alpha, mu, _, _ = p
-    T, w_current, _, _, _, _, _ = d
+    _, L_m, sigma, beta, alpha, _, _, _ = p
+    _, w_current, _, _, _, _, _ = d
     (u_ds, u_qs), _ = control((0.0, 0.0, 0.0), i, omega, phi, omega_ref, flux_ref, p, d)
     turn = complex(*phi).conjugate() / abs(complex(*phi))
     u, current = complex(u_ds, u_qs) * turn, complex(*i) * turn
