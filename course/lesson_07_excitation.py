@@ -39,7 +39,7 @@ machine = PRESETS["table-iii-printed-alpha"]
 # the sum. To learn both you must **change the proportion**. That is all that persistence of excitation means.
 #
 # Here the pan is the current error. Lesson 4: $\tilde\alpha$ pushes it along $v_1$ and $\tilde\omega$ along $v_2$, both
-# arrows in the plane. Two arrows in different directions can be told apart at once. Two arrows on one line can not,
+# arrows in the plane. Two arrows in different directions can be told apart at once. Two arrows on one line cannot,
 # unless their proportion changes with time.
 #
 # The question is therefore geometric: **how do $v_1$ and $v_2$ lie?** With converged estimates they follow from the flux

@@ -53,7 +53,7 @@ settled("proposition-IV.3", "proposition-IV.4", "eq21.", "eq23.bound")
 #
 # Without errors $v_1 = \beta(\phi - L_m i)$ and $v_2 = -j\beta\phi$. The rotor's equation gives $\phi - L_m i =
 # (j\omega\phi - \dot\phi)/\alpha$, so with $\dot\phi = j\omega_s\phi$: $v_1 = \frac{\omega_s - \omega}{\alpha} v_2$.
-# One direction instead of two: $\alpha$ and $\omega$ can not both be found, and $\hat\alpha$ stops where it happens to
+# One direction instead of two: $\alpha$ and $\omega$ cannot both be found, and $\hat\alpha$ stops where it happens to
 # be. Only a changing magnitude of the flux, or a changing slip, tells them apart.
 
 # %%

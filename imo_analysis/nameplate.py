@@ -266,7 +266,8 @@ def remarks(plate: Nameplate, known: Mapping[str, Any]) -> list[str]:
         low, high = resistance_range(plate)
         found.append(f"R_s = {_stator_resistance(plate, plate.taken):.3g} ohm is estimated from the plate, between {low:.2g} "
                      f"and {high:.2g} ohm: iron, stray and friction losses are counted with the copper's, whose part is "
-                     "taken as half of all or more. Measure it: half of what an ohmmeter shows between two terminals, in star or delta")
+                     "taken as half of all or more. Measure it: half of what an ohmmeter shows between two terminals, in star "
+                     "or delta")
     return found
 
 

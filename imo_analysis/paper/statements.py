@@ -26,7 +26,7 @@ STATEMENTS: tuple[Item, ...] = (
     Item("guaranteed-stability", "", "Abstract",
          "The observer guarantees asymptotic stability of the estimation errors."),
     Item("baseline-not-convergent", "", "Section II-B, below (4)",
-         "The zero solution of the baseline observer's error dynamics can not be asymptotically stable."),
+         "The zero solution of the baseline observer's error dynamics cannot be asymptotically stable."),
     Item("z-needs-measurements-only", "", "Section III-A, below (7)",
          "The dynamics of z involve measured currents and voltages only."),
     Item("projection-keeps-bound", "", "Section III-B, below (10)",

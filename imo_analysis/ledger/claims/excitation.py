@@ -273,7 +273,7 @@ CLAIMS: list[Claim] = [
         edit="the repaired observer; [I, v_1, v_2] exciting in place of (19); w in place of "
         "z_tilde and xi_tilde, which settle at constants that q(0) fixes",
         origin="paper",
-        why="(19) can not be met for constant omega and alpha: read strictly, the proposition is vacuously true and says "
+        why="(19) cannot be met for constant omega and alpha: read strictly, the proposition is vacuously true and says "
         "nothing. What is refuted is its conclusion, which is what it is printed for",
         assumptions=(
             "omega not zero and alpha constant, alpha >= alpha_l, the projection at rest",
@@ -346,7 +346,7 @@ CLAIMS: list[Claim] = [
             _LEMMA,
             "an exponentially stable linear system maps bounded inputs to bounded states (Khalil, Section 9.2)",
         ),
-        note="For constant omega the condition (19) can not be met at all; it can while omega moves. With the edit, (23) "
+        note="For constant omega the condition (19) cannot be met at all; it can while omega moves. With the edit, (23) "
         "says more than that the speed error is bounded, and holds. For the printed z-loop gain k_2 omega_hat neither reading "
         "is proved.",
     ),

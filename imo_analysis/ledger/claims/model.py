@@ -250,7 +250,7 @@ CLAIMS: list[Claim] = [
     ),
     claim(
         "baseline-not-convergent",
-        "the baseline's errors can not converge",
+        "the baseline's errors cannot converge",
         OPEN,
         baseline_errors(),
         note="The literature it cites has no proof of convergence; that is no proof of the contrary, and Table II itself lists "

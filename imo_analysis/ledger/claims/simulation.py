@@ -352,7 +352,7 @@ CLAIMS: list[Claim] = [
         trajectories=(
             Trajectory("fig4", "alpha_hat of the paper's own scenario with gains of ours", "imo simulate --scenario fig4"),
         ),
-        note="No gain is printed, so the number can not be checked; gains that give it exist. 10.5 is 5.7 % off, and not "
+        note="No gain is printed, so the number cannot be checked; gains that give it exist. 10.5 is 5.7 % off, and not "
         "by chance: "
         "with constant flux and slip it may stop anywhere on a line.",
     ),

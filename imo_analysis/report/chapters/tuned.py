@@ -28,7 +28,7 @@ _LOST = "unstable, or without a state at rest, in part of the range"
 def tuned_chapter(result: Tuned, found: Searched | None = None) -> Chapter:
     """What the gains of the study give, and what the rule's."""
     body = join([
-        prose("What are good gains, the paper leaves open. An observer is only as good as its gains, so that a comparison is "
+        prose("The paper leaves open which gains are good. An observer is only as good as its gains, so that a comparison is "
               "fair only where one rule has chosen all of them."),
         *(_refused(result) if result.wish is None else
           (*_wish(result), *_judged(result), *_searched(found), *_compared(result))),
