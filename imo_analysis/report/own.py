@@ -156,9 +156,9 @@ def _decides(study: Study) -> str:
     R_s = f"R_s = {study.machine.R_s:.4g} Ω"
     if GUESSED in study.machine.source:
         span = study.machine.source.partition(GUESSED)[2]
-        return (f"What decides is the stator resistance. {R_s} is only an estimate from the name plate{span}: losses in the iron and "
-                "in the bearings are counted with it. Measure it, half of what an ohmmeter shows between two terminals, and make "
-                "the study again, before relying on any line below.")
+        return (f"What decides is the stator resistance. {R_s} is only an estimate from the name plate{span}: losses in the "
+                "iron and in the bearings are counted with it. Measure it, half of what an ohmmeter shows between two "
+                "terminals, and make the study again, before relying on any line below.")
     return (f"What decides is the stator resistance, here {R_s}. It must be known to the per cent above at any temperature: "
             "copper that warms by 13 K has 5 % more.")
 
