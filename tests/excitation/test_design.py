@@ -101,6 +101,22 @@ def test_a_design_whose_sideband_stands_is_passed_over(searched):
                     for one, at in ((cheapest, where), (chosen.design, chosen.where)))
     assert any("alpha" in one.missed(wanted) for one in fails) and all(one.keeps(wanted) for one in holds)
     assert cheapest not in c.cheapest_by_waveform(plant, found, wanted)
+    taken = verified(study, "repaired", wanted, found, deepest)  # looked at where its own slowest part is, too
+    assert taken.chosen == chosen and chosen.where in {(one.omega, one.torque) for one in taken.checks}
+    assert chosen.where not in {(omega, torque) for omega in wanted.speeds for torque in wanted.torques}
+
+
+def test_a_check_looks_where_the_design_is_slowest_and_where_it_is_told():
+    wanted = d.Wanted(0.3, 2.0, 0.2, 3.3, (50.0,), (5.0,), 0.1)
+    found = replace(d.assess(DRIVEN, wanted, 0.0166, 136.3), slowest=(61.0, 2.0))
+    checks = verify(Study.paper(), found, wanted, "repaired", [(72.0, 3.0)])
+    assert [(one.omega, one.torque) for one in checks] == [(50.0, 5.0), (61.0, 2.0), (72.0, 3.0)]
+
+
+def test_the_accuracy_holds_three_standard_deviations():
+    found = replace(d.assess(REPAIRED, WANTED, 0.05, 136.3), alpha_bound=0.0999, omega_bound=0.666)
+    assert d.reaches(found, WANTED)  # 0.3 /s and 2 rad/s
+    assert not d.reaches(replace(found, alpha_bound=0.101), WANTED) and not d.reaches(replace(found, omega_bound=0.667), WANTED)
 
 
 def test_the_search_goes_on_where_the_best_is_at_an_end():
@@ -167,6 +183,15 @@ def test_the_range_is_looked_at_between_its_ends():
     found = d.assess(QUIET, wide, 0.03, 70.0)
     at_ends = settling_rate(MACHINE, GAINS, 0.5307, 0.03, 70.0, [40.0, 100.0], 0.0, kind="quiet")
     assert found.slowest[0] == pytest.approx(70.0, abs=4.0) and found.rate < 0.7 * at_ends.min()
+
+
+def test_the_flux_itself_at_zero_frequency_is_looked_at():
+    """At omega = -slip the mean flux stands still, where least of the speed can be known: also where no sideband stands."""
+    slip = slip_at(MACHINE, 5.0, 0.5307)
+    across_zero = replace(WANTED, speeds=(-20.0, 20.0), torques=(5.0,))
+    found = d.assess(REPAIRED, across_zero, 0.05, 136.3)
+    there, near = (d.assess(REPAIRED, replace(across_zero, speeds=(omega,)), 0.05, 136.3).omega_bound for omega in (-slip, 0.0))
+    assert found.omega_bound == pytest.approx(there) and there > 5 * near
 
 
 def test_costs_by_hand_at_standstill_of_the_modulation():
@@ -333,6 +358,13 @@ def test_command(capsys):
     loaded = max(one["ripple"] for one in data["closed_loop"])
     assert 0.7 * data["design"]["ripple"] < loaded < 1.05 * data["design"]["ripple"] < min(
         one["noise_torque"] for one in data["closed_loop"])
+
+
+def test_a_miss_in_closed_loop_is_told_and_is_code_1(capsys):
+    """0.5 rad/s of speed is less than what the noise makes of it through the gains, whatever the modulation."""
+    words = ["excite", "--design", "paper", "--accuracy", "0.3", "0.5", "--speeds", "50", "--torques", "0"]
+    assert main(words) == 1
+    assert "MISSED in closed loop: omega; the deviation of omega is noise" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

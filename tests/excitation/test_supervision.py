@@ -32,6 +32,17 @@ def test_moments_of_a_normal_variable():
         assert float(weights @ nodes**power) / math.sqrt(2 * math.pi) == pytest.approx(moment, rel=1e-9)
 
 
+def test_the_bound_of_the_drift_is_schwarzs():
+    """c = sqrt(E r^16 E r^4) for standard normal r, by quadrature; and the rule lets noise move alpha_hat by 0.03 /s a run."""
+    nodes, weights = np.polynomial.hermite_e.hermegauss(20)
+    weights = weights / math.sqrt(2 * math.pi)
+    moments = weights @ nodes**16, weights @ nodes**4
+    assert NoiseFloor(1.0, 1.0).drift(1.0, 1.0) == pytest.approx(math.sqrt(moments[0] * moments[1]), rel=1e-9)
+    found = supervisor_threshold(STUDY, GAINS, 0.1, 3600.0)
+    floors = [noise_floor(MACHINE, GAINS, STUDY.drive, 0.1, omega, torque) for omega in (20.0, 150.0) for torque in (0.0, 8.0)]
+    assert 3600.0 * max(one.drift(GAINS["g"], found.least) for one in floors) == pytest.approx(0.03, rel=1e-3)
+
+
 def test_the_coordinates_are_complete_and_stable():
     """The offsets of xi_hat and z_hat drop out: what is kept obeys equations of its own, and they decay."""
     A, B, C = _error_filter(MACHINE, GAINS, 0.5307, 50.0, 3.6, 1.0)

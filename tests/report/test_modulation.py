@@ -18,7 +18,7 @@ PLATE = {"power": 250.0, "voltage": 400.0, "current": 0.8, "power_factor": 0.70,
 
 @pytest.fixture(scope="module")
 def small() -> Study:
-    """A motor of 250 W: rated for 1.73 N m and 93 to 145 rad/s, where the paper's duty of 20 to 100 and 8 N m is too much."""
+    """A motor of 250 W: rated for 1.73 N m and 93 to 145 rad/s, where 20 to 100 rad/s and 8 N m are out of reach."""
     from imo_analysis.nameplate import Nameplate, machine_of
     from imo_analysis.tuning.start import study_text
 
