@@ -240,7 +240,7 @@ def _levels(results: Sequence[ExcitationResult]) -> Html:
             changes = (_instants(one, True), _instants(one, False))
             rows.append((result.title, typeset(CONDITIONS[name].title), shortest, m, *changes))
     head = ("run", "condition", "shortest T (s)", "its level m (s)", "appears (s)", "disappears (s)")
-    return table(head, rows, "The shortest window, of lengths that double, with which a condition holds for all t, its level, "
+    return table(head, rows, "The shortest window of a geometric series with which a condition holds for all t, its level, "
                  "and the ends of the windows with which excitation appears and disappears", (2, 3))
 
 
