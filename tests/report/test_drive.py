@@ -206,13 +206,13 @@ def test_a_load_that_no_machine_carries(paper: Study, two_runs: list[Scenario]) 
 @pytest.mark.slow
 def test_a_cure_is_tried_on_the_runs_that_need_it(tmp_path: Path) -> None:
     """A modulation cures a wrong alpha; it does not cure a wrong stator resistance."""
-    from imo_analysis.excitation.design import design
+    from imo_analysis.excitation.design import assess
     from imo_analysis.excitation.design_check import plant_of, wanted_of
 
     file = tmp_path / "motor.toml"
     file.write_text(PLATE, encoding="utf-8")
     study = Study.from_toml(study_of(str(file)))
-    found, _ = design(plant_of(study, "repaired"), wanted_of(study, "repaired", torque_limit=0.01 * study.largest_torque))
+    found = assess(plant_of(study, "repaired"), wanted_of(study, "repaired"), depth=0.02, frequency=200.0)
     runs = []
     for name in ("load", "alpha", "warm"):
         chosen = study.scenario(name)

@@ -43,7 +43,8 @@ def own_machine(
             tag("h2", "Observer by observer, best first", class_="sub"),
             tag("ol", *(tag("li", typeset(line)) for line in verdicts), class_="verdicts"),
             tag("p", "Ordered by the share of the points of the map at which the loop closed on it holds, in ", where,
-                "; then by the runs in which it tracks.", class_="note"),
+                "; then by the runs in which it tracks. Where it does not hold, small differences of the way there decide "
+                "how far off the speed ends.", class_="note"),
             _errors(scenarios, order, study.machine.n_p),
             tag("details", tag("summary", "The same runs in more numbers"), _table(study, scenarios, order), class_="more"),
             tag("ul", *(tag("li", line) for line in (*_identifiable(results), _cure(cured, tried, study.machine.n_p)))),
