@@ -178,11 +178,18 @@ def test_the_study_of_a_motor(tmp_path: Path) -> None:
     assert cli.main(["study", "--init", str(study), "--machine", str(motor)]) == 0
     written = Study.load(study)
     assert written.machine.R_s == 3.7 and written.title == "a"
-    assert list(written.scenarios) == ["speed", "load", "warm", "slow", "brake", "closed"]
+    assert list(written.scenarios) == ["speed", "load", "flux", "alpha", "warm", "slow", "brake", "closed", "closed_off"]
     assert max(written.reference.omega) == pytest.approx(2 * 1430 * math.pi / 30, rel=1e-3)
     assert max(written.scenario("load").load_torque.T_l) == pytest.approx(2200 / (1430 * math.pi / 30), rel=1e-3)
     assert written.drive.flux < written.drive.voltage_limit / (2 * math.pi * 50)
     assert written.scenario("closed").drive.feedback in written.observers
+    # what starts wrong, and what is believed: 20 % of the flux, 30 % of alpha, 5 % of R_s, each in its own run
+    machine, (i, flux) = written.machine, (written.initial.i_ds, written.initial.phi_dr)
+    start = {name: written.scenario(name).observers for name in written.scenarios}
+    assert start["flux"]["baseline"].initial["phi_dr_hat"] == pytest.approx(0.8 * flux, rel=1e-3)
+    assert start["flux"]["repaired"].initial["z_1_hat"] == pytest.approx(i + 0.8 * machine.beta * flux, rel=1e-3)
+    assert start["alpha"]["quiet"].initial["alpha_hat"] == pytest.approx(1.3 * machine.alpha, rel=1e-3)
+    assert all(one.errors == {"R_s": 0.05} for one in start["closed_off"].values())
 
 
 def test_a_plate_where_a_machine_is_needed(tmp_path: Path) -> None:
