@@ -225,7 +225,7 @@ def compute(text: str, number: int, jobs: int = 1) -> Part:
             text = str(error)
             for name, value in values.items():
                 for written in (repr(float(value[run])), f"{value[run]:g}"):
-                    text = text.replace(f"{name.rpartition('.')[2]} = {written}", name.rpartition(".")[2])
+                    text = text.replace(f"{name.rpartition('.')[2]} = {written}", f"{name.rpartition('.')[2]} = ...")
             return text
         data, _ = simulate_labelled(one)
         return metrics(one, summed(one, data, window_of(one)))

@@ -197,7 +197,7 @@ def test_a_steady_record_is_not_identifiable_and_the_verdict_says_so(folder, cap
     assert cli.main(["replay", str(folder / "steady.csv"), "--machine", "table-iii"]) == 0
     said = capsys.readouterr().out
     assert "begun on the fly at omega_hat = 200" in said
-    assert "never holds; lost: alpha_hat and omega_hat along (1, -0.755)" in said  # -slip/alpha = -5/6.6236
+    assert "lost: alpha_hat and omega_hat along (1, -0.755)" in said  # -slip/alpha = -5/6.6236
 
 
 # A record that a simulation wrote ---------------------------------------------------------------------------------------
