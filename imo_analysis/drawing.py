@@ -200,7 +200,15 @@ def new_figure(
 
 
 def legend_above(axes: Axes, **kwargs: Any) -> None:
-    """A legend above the axes, where it covers no data."""
+    """A legend above the axes, where it covers no data.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+        Whose lines are named.
+    kwargs : Any
+        More for `matplotlib.axes.Axes.legend`; four columns unless ``ncols`` says otherwise.
+    """
     columns = kwargs.pop("ncols", 4)
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, frameon=False, borderaxespad=0.2, **kwargs)
 

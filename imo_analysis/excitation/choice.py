@@ -92,6 +92,8 @@ def design(plant: Plant, wanted: Wanted, *, frequencies: Sequence[float] = FREQU
     plant : Plant
         With an observer of one of `settling.KINDS`. Its drive makes every waveform of `simulation.waveforms` possible, as its
         loops let the flux follow; without a drive the flux itself is a cosine.
+    wanted : Wanted
+        Accuracy, time, range and limits.
     frequencies : sequence of float
         Tried, in rad/s, and beyond as `search` says.
 
