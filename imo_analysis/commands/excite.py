@@ -52,7 +52,7 @@ def _one_or_the_other(args: argparse.Namespace) -> None:
         _OF_A_DESIGN, "a run", "give --design STUDY in place of the run")
     wrong = [f"--{name}" for name in others if getattr(args, name) not in (None, False)]
     if wrong:
-        raise InputError(f"{', '.join(wrong)} says nothing to {use}; {fix}")
+        raise InputError(f"{', '.join(wrong)} cannot go with {use}; {fix}")
 
 
 def run(args: argparse.Namespace) -> int:

@@ -45,9 +45,11 @@ def design_modulation(args: argparse.Namespace) -> int:
         say(args, f"  {passed_over(chosen.passed, taken.failed)}")
     say(args, f"  over {_range(wanted.speeds)} rad/s and {_range(wanted.torques)} N m the error of alpha_hat, at first "
               f"{wanted.start:.3g} /s, decays at {found.rate:.3g} 1/s")
+    exact = chosen.slowest
     say(args, f"  on average over the modulation (slowest at {found.slowest[0]:.4g} rad/s, {found.slowest[1]:.3g} N m); by "
-              f"Floquet's multiplier its slowest part at {chosen.rate:.3g} 1/s,")
-    say(args, f"  at {chosen.where[0]:.4g} rad/s, {chosen.where[1]:.3g} N m; the noise leaves it {found.bias:.3g} /s off")
+              f"Floquet's multipliers at most {100 * exact.left:.2g} % of it is left")
+    say(args, f"  after {wanted.time:g} s, at {exact.where[0]:.4g} rad/s, {exact.where[1]:.3g} N m, where its slowest part "
+              f"decays at {exact.rate:.3g} 1/s; the noise leaves it {found.bias:.3g} /s off")
     say(args, f"  no unbiased estimate can be closer, in {wanted.time:g} s: alpha +- {found.alpha_bound:.2g} /s, "
               f"omega +- {found.omega_bound:.2g} rad/s")
     say(args, f"  costs {found.loss:.3g} W of copper loss; of the limits it uses "
@@ -82,7 +84,8 @@ def design_modulation(args: argparse.Namespace) -> int:
                   f"imo simulate {args.duty} --out duty.nc")
     emit_json(args, "imo-excitation-design/2", {
         "study": args.design, "observer": observer, "wanted": _without_infinity(asdict(wanted)), "design": asdict(found),
-        "floquet_rate": chosen.rate, "passed_over": chosen.passed, "missed_in_closed_loop": taken.failed,
+        "floquet_rate": exact.rate, "floquet_left": exact.left, "passed_over": chosen.passed,
+        "missed_in_closed_loop": taken.failed,
         "waveforms": [asdict(one) for one in waveforms], "closed_loop": [asdict(one) for one in checks],
         "reached": reached})
     return 0 if reached else 1

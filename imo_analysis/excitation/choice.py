@@ -24,13 +24,11 @@ from imo_analysis.excitation.design import (
     Wanted,
     points_looked_at,
     search,
-    settles,
     time_needed,
     torques_looked_at,
-    with_rate,
     within,
 )
-from imo_analysis.excitation.settling import floquet_rate
+from imo_analysis.excitation.settling import floquet
 
 
 @dataclass(frozen=True)
@@ -40,41 +38,58 @@ class Chosen:
     Attributes
     ----------
     design : Design
-    rate : float
-        Slowest decay of the alpha error over the range by Floquet's multipliers, 1/s.
-    where : tuple of 2
-        Speed (rad/s) and torque (N m) at which it is.
+    slowest : Slowest
+        Where its error settles the slowest, by Floquet's multipliers.
     passed : int
-        How many cheaper ones within the limits leave a part of the error that is too slow.
+        How many cheaper ones within the limits leave too much of the error.
     """
 
     design: Design
-    rate: float
-    where: tuple[float, float]
+    slowest: Slowest
     passed: int
 
 
-def slowest_rate(plant: Plant, found: Design, wanted: Wanted) -> tuple[float, tuple[float, float]]:
-    """The slowest decay of the alpha error in 1/s by Floquet's multiplier, with its speed and torque (rad/s, N m).
+@dataclass(frozen=True)
+class Slowest:
+    """How the error of alpha_hat settles where it settles the slowest.
 
-    Looked for at every point that the design was made for: where a sideband nearly stands, a part of the error settles far
-    more slowly than on average.
+    Attributes
+    ----------
+    rate : float
+        Decay of the slowest error in which alpha_hat moves, 1/s.
+    left : float
+        Largest share that is left of an error of alpha_hat after the time that is wanted.
+    where : tuple of 2
+        Speed (rad/s) and torque (N m) at which that is.
+    """
+
+    rate: float
+    left: float
+    where: tuple[float, float]
+
+
+def slowest(plant: Plant, found: Design, wanted: Wanted) -> Slowest:
+    """Floquet's multipliers at every point that a design was made for.
+
+    Where a sideband nearly stands, a part of the error settles far more slowly than on average. Where the flux itself stands an
+    offset of its copies never settles; an error of alpha does, but for its share in that.
     """
     shape = plant.shape(found.waveform, found.frequency)
     slips, speeds = points_looked_at(plant, wanted, found.frequency, shape)
     omega, slip = (one.ravel() for one in np.meshgrid(speeds, slips, indexing="ij"))
-    rates = floquet_rate(plant.machine, plant.gains, plant.flux, found.depth, found.frequency, omega, slip, shape, plant.kind)
-    at = int(np.argmin(rates))
-    return float(rates[at]), (float(omega[at]), torques_looked_at(wanted)[at % len(slips)])
+    rates, left = floquet(plant.machine, plant.gains, plant.flux, found.depth, found.frequency, omega, slip, shape, plant.kind,
+                          max(wanted.time - found.delay, 0.0))
+    at = int(np.argmax(left))
+    return Slowest(float(rates[at]), float(left[at]), (float(omega[at]), torques_looked_at(wanted)[at % len(slips)]))
 
 
 def settling_ones(plant: Plant, candidates: Iterable[Design], wanted: Wanted) -> Iterator[Chosen]:
-    """Of candidates in order, those whose slowest part of the error settles in the time too."""
+    """Of candidates in order, those of whose error little enough is left after the time, wherever it settles the slowest."""
     passed = 0
     for one in candidates:
-        rate, where = slowest_rate(plant, one, wanted)
-        if settles(with_rate(plant, one, rate, wanted), wanted, margin=1.0):
-            yield Chosen(one, rate, where, passed)
+        found = slowest(plant, one, wanted)
+        if wanted.start * found.left + one.bias <= wanted.alpha:
+            yield Chosen(one, found, passed)
         else:
             passed += 1
 

@@ -253,25 +253,19 @@ def _settling(plant: Plant, wanted: Wanted, depth: float, frequency: float, shap
     rates = settling_rate(machine, gains, plant.flux, depth, frequency, speeds[:, None], slips, shape, plant.kind)
     at = np.unravel_index(np.argmin(rates), rates.shape)
     rate = float(rates[at])
-    found = Design(depth, float(frequency), rate, 0.0, math.nan, math.nan, math.nan, math.nan, math.nan, math.nan,
+    bias = 0.0
+    if plant.kind not in QUIET:
+        bias = 2 * gains["g"] * (1 + machine.beta * machine.L_m) * wanted.noise**2 / rate if rate > 0 else math.inf
+    found = Design(depth, float(frequency), rate, bias, math.nan, math.nan, math.nan, math.nan, math.nan, math.nan,
                    (float(speeds[at[0]]), torques_looked_at(wanted)[int(at[1])]))
     if plant.kind == "supervised":
         found = replace(found, delay=opening_time(machine, gains, plant.flux, depth, frequency, shape))
-    return with_rate(plant, found, rate, wanted)
+    return found
 
 
-def with_rate(plant: Plant, found: Design, rate: float, wanted: Wanted) -> Design:
-    """The same with another rate, and the error that the noise then leaves."""
-    bias = 0.0
-    if plant.kind not in QUIET:
-        drift = 2 * plant.gains["g"] * (1 + plant.machine.beta * plant.machine.L_m) * wanted.noise**2
-        bias = drift / rate if rate > 0 else math.inf
-    return replace(found, rate=rate, bias=bias)
-
-
-def settles(found: Design, wanted: Wanted, margin: float = MARGIN) -> bool:
-    """Whether alpha_hat is close enough in the time, to a part of the accuracy."""
-    return wanted.start * math.exp(-found.rate * max(wanted.time - found.delay, 0.0)) + found.bias <= margin * wanted.alpha
+def settles(found: Design, wanted: Wanted) -> bool:
+    """Whether alpha_hat is close enough in the time, on average over the modulation."""
+    return wanted.start * math.exp(-found.rate * max(wanted.time - found.delay, 0.0)) + found.bias <= MARGIN * wanted.alpha
 
 
 def reaches(found: Design, wanted: Wanted) -> bool:

@@ -185,7 +185,7 @@ def verified(study: Study, observer: str, wanted: Wanted, found: Sequence[Design
     plant = plant_of(study, observer)
     first = None
     for number, chosen in enumerate(islice(settling_ones(plant, by_loss(found, wanted), wanted), _TRIES)):
-        tried = Verified(chosen, verify(study, chosen.design, wanted, observer, [chosen.where]), number)
+        tried = Verified(chosen, verify(study, chosen.design, wanted, observer, [chosen.slowest.where]), number)
         if set(tried.missed(wanted)) <= {"omega"}:
             return tried
         first = first or tried

@@ -12,8 +12,9 @@ never. The damping k is k_1 + R_s/sigma, and alpha (1 + beta
 L_m) more where i_hat stands beside alpha_hat (claim ``noise.quiet``). The law of `across` is the same one once omega_hat has
 followed, and that of `supervised` is g times its gate.
 
-`floquet_rate` knows nothing of this: it follows the error dynamics, differentiated from the observer's own equations, over one
-period at constant speed and held torque, and takes the slowest multiplier in which alpha_hat moves.
+`floquet` knows nothing of this: it follows the error dynamics, differentiated from the observer's own equations, over one
+period at constant speed and held torque, for the slowest multiplier in which alpha_hat moves and for what is left of its error
+after a time.
 """
 
 from __future__ import annotations
@@ -99,7 +100,7 @@ def opening_time(machine: InductionMachine, gains: Mapping[str, float], flux: fl
     return float(np.trapezoid(lost, t)) / gains["eta"]
 
 
-def floquet_rate(
+def floquet(
     machine: InductionMachine,
     gains: Mapping[str, float],
     flux: float,
@@ -109,11 +110,20 @@ def floquet_rate(
     slip: Any = 0.0,
     shape: Shape = COSINE,
     kind: str = "repaired",
-) -> Array:
-    """Decay rate of the slowest error in which alpha_hat moves, in 1/s; negative where it grows. Parameters as `settling_rate`.
+    time: float = 1.0,
+) -> tuple[Array, Array]:
+    """How the error of alpha_hat settles, by Floquet's multipliers. Parameters as `settling_rate`.
 
     ``kind`` may be any adaptive observer whose equations turn with the frame; ``supervised`` is `across` with g times the
     gate, for at no error its gate stands.
+
+    Returns
+    -------
+    rate : array
+        Decay rate of the slowest error in which alpha_hat moves, in 1/s; negative where it grows.
+    left : array
+        What is left of an error of alpha_hat alone after ``time`` (s), as a share of it: after the whole periods in it, and at
+        the slowest rate for the rest.
     """
     from imo_analysis.pencils.jacobian import jacobian
 
@@ -133,10 +143,20 @@ def floquet_rate(
               **gains, "i_ds": i_d, "i_qs": i_q, "z_1": z_1, "z_2": z_2, "omega": omega, "stator_frequency": omega + turning,
               "direction": np.where(omega < 0, -1.0, 1.0)}
     A = derived.system_matrix({name: values[name] for name in derived.arguments})
-    multipliers, modes = np.linalg.eig(_over_a_period(A, h))
+    over = _over_a_period(A, h)
+    multipliers, modes = np.linalg.eig(over)
     rates = -np.log(np.abs(multipliers) + 1e-300) / (h * steps)
-    share = np.abs(modes[:, derived.states.index("alpha_tilde")])
-    return np.asarray(np.where(share > _MOVES * share.max(axis=1, keepdims=True), rates, np.inf).min(axis=1))
+    alpha = derived.states.index("alpha_tilde")
+    share = np.abs(modes[:, alpha])
+    slowest = np.where(share > _MOVES * share.max(axis=1, keepdims=True), rates, np.inf).min(axis=1)
+    periods = math.floor(time / (h * steps))
+    left = np.abs(np.linalg.matrix_power(over, periods)[:, alpha, alpha])
+    return slowest, left * np.exp(-slowest * (time - periods * h * steps))
+
+
+def floquet_rate(*arguments: Any, **more: Any) -> Array:
+    """The rate alone of `floquet`, which says what it takes."""
+    return floquet(*arguments, **more)[0]
 
 
 def _over_a_period(A: Array, h: float) -> Array:

@@ -54,9 +54,9 @@ def test_several_observers_get_a_file_each(run, tmp_path, capsys):
         (["--out", "/nowhere/x.nc"], "cannot write"),
         (["--window", "1e-9"], "take 3 samples, 0.0003 s, or more"),
         (["--machine", "none.toml"], "cannot read none.toml"),
-        (["--accuracy", "1", "1"], "--accuracy says nothing to a run; give --design STUDY"),
+        (["--accuracy", "1", "1"], "--accuracy cannot go with a run; give --design STUDY"),
         (["--within", "5", "--noise", "0.1", "--limit", "torque=1", "--speeds", "1", "--torques", "1", "--duty", "x.toml"],
-         "--within, --noise, --limit, --duty, --speeds, --torques says nothing to a run"),
+         "--within, --noise, --limit, --duty, --speeds, --torques cannot go with a run"),
     ],
 )
 def test_bad_input_is_one_line_and_code_2(run, extra, text, capsys):
@@ -84,7 +84,7 @@ def test_an_hour_of_duty_is_a_study_that_reads_back(tmp_path, capsys):
     study = Study.load(hour)
     assert study.simulation.duration == 3600 and "supervised" in study.observers and study.drive.flux_modulation > 0
     assert main(["excite", "run.nc", "--duty", str(hour)]) == 2
-    assert "--duty says nothing to a run; give --design STUDY" in capsys.readouterr().err
+    assert "--duty cannot go with a run; give --design STUDY" in capsys.readouterr().err
 
 
 def test_a_record_without_a_study_needs_its_machine(tmp_path, capsys):
@@ -109,7 +109,7 @@ def test_a_record_without_a_study_needs_its_machine(tmp_path, capsys):
 def test_a_design_refuses_what_belongs_to_a_run(words, named, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert main(["excite", "--design", "paper", *words]) == 2
-    assert f"{named} says nothing to --design; for a design drop it" in capsys.readouterr().err
+    assert f"{named} cannot go with --design; for a design drop it" in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
 
 

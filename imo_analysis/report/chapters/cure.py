@@ -50,8 +50,9 @@ from {cured.frequencies[0]:.4g} to {cured.frequencies[1]:.4g} rad/s that does it
             f"of the reference. It costs {found.loss:.3g} W of copper loss and uses "
             f"{', '.join(limit.share(found, wanted) for limit in LIMITS)}. The error of the estimate of alpha then decays as "
             f"exp(−{found.rate:.3g} t) on average over the modulation, t in s (slowest at {found.slowest[0]:.4g} "
-            f"rad/s, {found.slowest[1]:.3g} N m), its slowest part at {chosen.rate:.3g} 1/s by Floquet's multiplier; "
-            f"the noise leaves it {found.bias:.3g} /s off. No unbiased estimate can have a standard deviation below "
+            f"rad/s, {found.slowest[1]:.3g} N m), by Floquet's multipliers at most {100 * chosen.slowest.left:.2g} % of it "
+            f"is left after {wanted.time:g} s; the noise leaves it {found.bias:.3g} /s off. No unbiased "
+            f"estimate can have a standard deviation below "
             f"{found.alpha_bound:.2g} /s and "
             f"{found.omega_bound:.2g} rad/s all over the range.",
             "In closed loop " + ("the accuracy is reached within the limits, by rms errors." if not missed else
