@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from imo_analysis.drawing import LIMIT, Line, line, new_figure, style
+from imo_analysis.drawing import LIMIT, Line, line, new_figure, points, style
 from imo_analysis.errors import InputError
 
 if TYPE_CHECKING:
@@ -181,16 +181,16 @@ def _window(ax: Axes, part: xr.Dataset, values: np.ndarray, mapping: Any, marks:
     limits = np.array([ax.get_xlim(), ax.get_ylim()])
 
     def shares(data: xr.Dataset) -> np.ndarray:
-        points = np.stack([data["re"].values.ravel(), data["im"].values.ravel()])
-        return (points - limits[:, :1]) / np.diff(limits)
+        places = np.stack([data["re"].values.ravel(), data["im"].values.ravel()])
+        return (places - limits[:, :1]) / np.diff(limits)
 
     if slow.sizes["branch"] == 0 or np.any(np.ptp(shares(slow), axis=-1) > _SPOT):
         return
-    points = shares(whole)
+    there = shares(whole)
     for y in (0.58, 0.34, 0.14):
         for x in (0.3, 0.18, 0.5):
-            inside = ((points[0] > x - _AROUND[0]) & (points[0] < x + _WINDOW[0] + _AROUND[2])
-                      & (points[1] > y - _AROUND[1]) & (points[1] < y + _WINDOW[1] + _AROUND[3]))
+            inside = ((there[0] > x - _AROUND[0]) & (there[0] < x + _WINDOW[0] + _AROUND[2])
+                      & (there[1] > y - _AROUND[1]) & (there[1] < y + _WINDOW[1] + _AROUND[3]))
             if not inside.any():
                 break
         else:
@@ -203,7 +203,7 @@ def _window(ax: Axes, part: xr.Dataset, values: np.ndarray, mapping: Any, marks:
         _path(window, slow.sel(branch=branch), values, mapping, marks)
     window.axvline(0.0, color=LIMIT.color, linewidth=0.8)
     window.margins(0.12)
-    window.tick_params(labelsize=7)
+    window.tick_params(labelsize=points(7))
     window.locator_params(nbins=4)
     for side in ("top", "right"):
         window.spines[side].set_visible(True)
@@ -216,7 +216,7 @@ def _contours(ax: Axes, quantity: str) -> None:
     """Rays of constant damping ratio or lines of constant settling time, labelled at the edge; the limits stay."""
     x, y = ax.get_xlim(), ax.get_ylim()
     look: dict[str, Any] = {"color": LIMIT.color, "linewidth": 0.6, "linestyle": (0, (1, 2)), "zorder": 1}
-    words: dict[str, Any] = {"fontsize": 6.5, "color": "#4a4a4a", "clip_on": True}
+    words: dict[str, Any] = {"fontsize": points(6.5), "color": "#4a4a4a", "clip_on": True}
     if quantity == "damping":
         last = (np.inf, np.inf)  # in shares of the panel
         for ratio in (0.9, 0.7, 0.5, 0.3, 0.1):
