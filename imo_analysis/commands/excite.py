@@ -59,8 +59,8 @@ def run(args: argparse.Namespace) -> int:
     """Compute, print the verdicts and write what was asked for."""
     from imo_analysis.commands.output import check_places, emit_json, say
 
-    check_places(args, "out", "plot", "duty")
     _one_or_the_other(args)
+    check_places(args, "out", "plot", "duty")
     if args.design:
         from imo_analysis.commands.excite_design import design_modulation
 

@@ -38,9 +38,6 @@ def run(args: argparse.Namespace) -> int:
     if args.plot and Path(args.plot).suffix != ".svg":
         raise InputError(f"--plot {args.plot} must end in .svg")
     check_places(args, "out", "plot")
-    if args.out and Path(args.out).exists():
-        raise InputError(f"--out {args.out} exists and is not overwritten; give another name, or tune several observers in one "
-                         "call: --observer NAME NAME")
     study = Study.load(args.study) if args.study else Study.paper()
     results = _tuned(args, study)
     for one in results:

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 # In a few words, where the catalogue's meaning takes the paper for granted.
+COPPER = 0.00393  # 1/K: how the resistance of copper rises from that at 20 °C
 _WHAT = {
     "baseline": "the classical adaptive full-order observer of Kubota and Matsuse",
     "consistent_12": "the paper's observer, in the one reading of its equations that agrees with its proof, (12)",
@@ -159,8 +160,8 @@ def _decides(study: Study) -> str:
         return (f"What decides is the stator resistance. {R_s} is only an estimate from the name plate{span}: losses in the "
                 "iron and in the bearings are counted with it. Measure it, half of what an ohmmeter shows between two "
                 "terminals, and make the study again, before relying on any line below.")
-    return (f"What decides is the stator resistance, here {R_s}. It must be known to the per cent above at any temperature: "
-            "copper that warms by 13 K has 5 % more.")
+    return (f"What decides is the stator resistance, here {R_s}. It must be known as closely as that at any temperature: "
+            f"copper that warms by {R_S_OFF / COPPER:.0f} K has {100 * R_S_OFF:g} % more.")
 
 
 def verdicts(study: Study, found: Sequence[Standing], plane: xr.Dataset | None) -> list[str]:

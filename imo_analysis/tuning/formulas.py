@@ -71,9 +71,9 @@ def noise_density(omega_n: Any, a: Any, D: Any, omega: Any, beta: Any, flux: Any
 
 _NAMES = {
     "omega_n": r"\omega_n", "a": "a", "a_0": "a_0", "t_s": "t_s", "t_r": "t_r", "t_l": "t_l", "zeta": r"\zeta",
-    "omega_min": r"\omega_{\min}", "omega_max": r"\omega_{\max}", "D": "D", "omega": r"\omega", "flux": r"|\phi|",
+    "omega_min": r"\omega_{\min}", "omega_max": r"\omega_{\max}", "D": "D", "omega": r"\omega", "flux": r"{\left|\phi\right|}",
     "beta": r"\beta", "alpha": r"\alpha", "gamma": r"\gamma", "sigma": r"\sigma", "mu": r"\mu", "R_s": "R_s", "L_m": "L_m",
-    "K_p": "K_p", "k_3": "k_3", "step": r"\Delta\omega", "bandwidth": r"\omega_{\mathrm{drive}}"}
+    "K_p": "K_p", "k_3": "k_3", "step": r"{\left(\Delta\omega\right)}", "bandwidth": r"\omega_{\mathrm{drive}}"}
 
 
 def written() -> list[tuple[str, list[str]]]:
@@ -116,8 +116,8 @@ def written() -> list[tuple[str, list[str]]]:
             *gains("repaired", adaptive, "K_p", "k_1", "k_3", "kappa"), line("g", g)]),
         ("quiet, across and supervised the same, but", gains("quiet", adaptive, "k_1")),
         ("consistent_12 the same, but", [*gains("consistent_12", Loops(s.omega_n, s.a, D_0, k_2 * s.omega_max), "k_3", "k_2")]),
-        ("the noise of their speed estimate, for white noise of deviation $n$ on the currents, sampled every $T$", [
-            r"n \sqrt{T}\; " + sympy.latex(noise), line("D", constant + rising * s.omega)]),
+        ("the noise $n_\\omega$ of their speed estimate, for white noise of deviation $n$ on the currents, sampled every $T$", [
+            r"n_\omega = n \sqrt{T}\; " + sympy.latex(noise), line("D", constant + rising * s.omega)]),
         ("the baseline with constant gains", [
             line(r"\omega_n", baseline_speed(s.zeta, s.t_s, s.t_l, s.omega_max, s.a_0, largest)),
             line("a", 2 * s.zeta * s.omega_n), line(r"\zeta", sympy.Float(BASELINE_DAMPING, 3)),

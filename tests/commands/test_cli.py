@@ -61,7 +61,7 @@ OUTPUTS = [
     (["excite", "run.nc"], "--json"), (["replay", "log.csv", "--machine", "table-iii"], "--json"),
     (["simulate"], "--out"), (["simulate"], "--plot"), (["sweep"], "--plot"), (["sweep"], "--out"),
     (["poles"], "--map"), (["poles"], "--plot"), (["poles"], "--out"), (["excite", "run.nc"], "--plot"),
-    (["excite", "--design", "paper"], "--out"), (["replay", "log.csv", "--machine", "table-iii"], "--plot"),
+    (["excite", "run.nc"], "--out"), (["replay", "log.csv", "--machine", "table-iii"], "--plot"),
 ]
 
 

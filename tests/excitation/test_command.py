@@ -118,5 +118,5 @@ def test_every_option_belongs_to_a_run_or_to_a_design():
     from imo_analysis.cli import parser_of
     from imo_analysis.commands.excite import _OF_A_DESIGN, _OF_A_RUN
 
-    options = {action.dest for action in parser_of("excite")._actions} - {"help", "json", "run", "design", "observer"}
+    options = {action.dest for action in parser_of("excite")._actions} - {"help", "json", "size", "run", "design", "observer"}
     assert options == {*_OF_A_RUN, *_OF_A_DESIGN}

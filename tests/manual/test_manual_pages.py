@@ -43,7 +43,7 @@ def test_commands_in_the_text_would_run(page: Path) -> None:
     ("README.md", "`imo derive scheduled`", "`imo derive unscheduled`", "the ledger has no unscheduled"),
     ("README.md", "`imo simulate --scenario real`", "`imo simulate --scenario unreal`", "no scenario unreal"),
     ("README.md", "`imo notebook --course --out lessons`", "`imo notebook --course --derivations --out x`", "not allowed"),
-    ("README.md", "`imo study --init study.toml --machine motor.toml`", "`imo study --init study.toml --machine moter.toml`",
+    ("README.md", "`imo study --init mine.toml --machine motor.toml`", "`imo study --init mine.toml --machine moter.toml`",
      "nothing before it makes moter.toml"),
     ("manual/tutorial.md", "`imo tune study.toml --out tuned.toml`", "`imo tune nostudy.toml --out tuned.toml`",
      "nothing before it makes nostudy.toml"),

@@ -184,14 +184,17 @@ SETUP = {
 ELSEWHERE = {"motor.toml": "manual/tutorial.md"}
 _FILE = re.compile(r"[\w./-]+\.(?:toml|nc|csv|parquet|json|svg)")
 _WRITTEN = ("out", "plot", "map", "json", "init", "duty")  # options whose files a command writes
-_NO_COMMAND = ("is off", "is lost", 'with sized("slide")', "x_tilde_dot = ...")  # verdicts of a run, and Python
+_NO_COMMAND = ("is off", "is lost", 'with sized("slide")', "kg m^2", "kg cm^2")  # verdicts of a run, Python, units
 
 
 def inline_commands(text: str) -> list[str]:
-    """Commands in running text: two words and more in backticks, of which the first could be a program's name."""
+    """Commands in running text: two words and more in backticks, of which the first could be a program's name.
+
+    A key with its value is none.
+    """
     spans = re.finditer(r"``[^`]+``|(?P<role>\{[\w-]+\})?`(?P<said>[^`]+)`", prose(text))
     found = [" ".join(span["said"].split()) for span in spans if span["said"] and not span["role"]]
-    return [one for one in found if re.match(r"[a-z][a-z0-9_-]* ", one) and one not in _NO_COMMAND]
+    return [one for one in found if re.match(r"[a-z][a-z0-9_-]* (?!= )", one) and one not in _NO_COMMAND]
 
 
 def inline_faults(text: str) -> list[str]:

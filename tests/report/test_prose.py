@@ -16,7 +16,7 @@ SOURCES = [path for path in sorted((*ROOM.glob("*.py"), *ROOM.glob("chapters/*.p
 ALLOWED = [
     re.compile(pattern) for pattern in (
         r"(?:Automatica|Electron\.)\s+\d+\(\d+\),\s+\d{4}", r"CDC\s+\d{4}", r"IV\.\d", r"<[a-z][^>]*>",
-        r"right half plane", r"half (?:its|the) swing", r"\(slip 0\)",  # definitions
+        r"right half plane", r"half (?:its|the) swing", r"half of what an ohmmeter shows", r"\(slip 0\)",  # definitions
         r"\$[^$]*\$", r"`[^`]*`", r"\\[A-Za-z]+\{[^}]*\}",
         r"\((?:\d+)\)(?:-\(\d+\))?",  # (12), (8)-(11)
         r"Figs?\. \d(?:-\d)?", r"SHA-256", r"1\.1\)",  # the last: a version of a licence

@@ -71,10 +71,14 @@ def test_the_end_value_says_that_the_drive_was_chosen(paper: Study) -> None:
 def test_the_spread_of_the_predictions() -> None:
     """The worst of all runs is named, not only the main one's."""
     main, other = (Scenario(name, name, "", [], [], [Resting("a", 1.0, 1.0, 1.0, 9.0, 0.0, 0.0, 0.0)], [],
-                            [DriftRow("a", 0.0, 0.0, 1.0, predicted, 9.0, simulated)], None, "", alpha=9.0)
-                   for name, predicted, simulated in (("fig4", 10.46, 10.47), ("fig1", 10.27, 10.05)))
+                            [DriftRow("a", 0.0, 0.0, 1.0, start, step, step, moved, predicted, simulated, 0.0)], None, "",
+                            alpha=9.0)
+                   for name, start, step, moved, predicted, simulated in (
+                       ("fig4", 9.03, 1.46, 1.44, 10.46, 10.47), ("fig1", 8.75, 1.27, 1.30, 10.27, 10.05)))
     said = findings([other, main])[0]
-    assert "before simulating: 10.46 /s. Over all 2 steps" in said
+    assert "before simulating: 10.46 /s (`a`), taking the start to end at the true value." in said
+    assert "In the run the start ends +0.03 /s from it" in said
+    assert "the speed's steps add -0.02 /s to what is predicted of them. Over all 2 steps" in said
     assert "off by 0.22 /s at most (fig1: 10.27 for 10.05 /s, `a`)" in said
 
 
@@ -232,7 +236,8 @@ def test_what_a_search_finds(paper: Study, tmp_path: Path) -> None:
     data["results"][0]["verified"] |= {"noise": 9.0, "settling": 9.0}
     assert "Verified." in said and said.count("yes, verified") >= 1
     worse = plain("".join(_searched(searched.drawn(study, data, tmp_path))))
-    assert "it is neither quicker nor quieter" in worse and "NOT verified: the estimate settles in 9e+03 ms" in worse
+    assert "it is neither quicker nor quieter than with the study's gains" in worse
+    assert "NOT verified: the estimate settles in 9,000 ms" in worse
     assert worse.count("yes, verified") == said.count("yes, verified") - 1
     assert "No gains were searched for: why not" in plain("".join(_searched(searched.Searched([], None, ["why not"]))))
 

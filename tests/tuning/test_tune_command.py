@@ -369,7 +369,7 @@ def test_another_layout_loses_its_comments_and_says_so(tuned_once, tmp_path, cap
     assert Study.load(out).observers["repaired"].gains["k_1"] != 300.0
     kept = out.read_text()
     assert main(["tune", str(place), "--observer", "baseline", "--out", str(out)]) == 2
-    assert "exists and is not overwritten; give another name, or tune several observers in one" in capsys.readouterr().err
+    assert "exists already, and --out does not overwrite a .toml file; choose another name" in capsys.readouterr().err
     assert out.read_text() == kept
 
 

@@ -64,7 +64,7 @@ def _errors(scenarios: Sequence[Scenario], order: Sequence[str], n_p: int) -> Ht
             row.append("–" if one is None else _cell(one, n_p) + (" (watches)" if watches else ""))
         rows.append(row)
     return table(("run", *(f"`{name}`" for name in order)), rows,
-                 "Where the estimates end: whether it tracks, and its mean error in rad/s, electrical, in per cent of the "
+                 "Where the estimates end: whether it tracks, and its mean error in rad/s, electrical, in % of the "
                  f"speed, and in r/min of the shaft. It tracks where that is within {criterion()}.")
 
 

@@ -164,7 +164,7 @@ def _searched(found: Searched | None) -> list[Html]:
             seen.rms_median, seen.rms_95, seen.corner, seen.rms, seen.noise, seen.noise_predicted, 1e3 * seen.settling,
             1e3 * seen.settling_predicted)))
                for one in found.results for _, word, place in _ROLES for seen in (getattr(one, place),)]
-    columns = ("observer", "gains", "lost (%)", "rms error in half of the random runs (rad/s)", "in 95 %", "worst corner",
+    columns = ("observer", "gains", "lost (%)", "rms error in random runs (rad/s): median", "95 %", "worst corner",
                "all runs", "noise (rad/s)", "predicted", "settling (ms)", "predicted")
     return [
         tag("h3", "Gains that a search finds"),
