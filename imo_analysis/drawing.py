@@ -234,8 +234,9 @@ def svg_text(figure: Figure) -> str:
 def rasterized(figure: Figure) -> Figure:
     """The same figure with its line collections as one picture each: hundreds of coloured pieces make an SVG of megabytes."""
     for axes in figure.axes:
-        for collection in axes.collections:
-            collection.set_rasterized(True)
+        for panel in (axes, *axes.child_axes):
+            for collection in panel.collections:
+                collection.set_rasterized(True)
     return figure
 
 

@@ -114,10 +114,10 @@ def _sensorless(args: argparse.Namespace, study: Any, out: Path) -> int:
         lines.append(f"  {name:<16} holds at {share:.0%} of the points; at {plane.attrs['limit_torque']:.4g} N m "
                      + "; ".join(f"and {limit.omega:.4g} rad/s {within(limit)}" for limit in limits))
     if args.plot:
-        from imo_analysis.drawing import rasterized, save_svg
+        from imo_analysis.drawing import save_svg
         from imo_analysis.report.sensorless_figure import sensorless_figure
 
-        save_svg(rasterized(sensorless_figure(plane)), args.plot)
+        save_svg(sensorless_figure(plane), args.plot)
         lines.append(f"  drawn in {args.plot}")
     say(args, "\n".join(lines))
     emit_json(args, schema="imo-sensorless/1", data={

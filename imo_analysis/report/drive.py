@@ -85,7 +85,6 @@ def _with_layers(costs: xr.Dataset, short: Study, study: Study) -> xr.Dataset:
 
 def drawn(study: Study, folder: Path, refused: str, keep_files: bool) -> DriveResult:
     """Read what `compute` left in ``folder`` and draw it; without ``keep_files`` the files go."""
-    from imo_analysis.drawing import rasterized
     from imo_analysis.report.feature_costs_figure import feature_costs_figure
     from imo_analysis.report.sensorless_figure import sensorless_figure
 
@@ -99,7 +98,7 @@ def drawn(study: Study, folder: Path, refused: str, keep_files: bool) -> DriveRe
     first = keep(folder, "features", feature_costs_figure(features),
                  "Error of the estimated speed with nothing of a real drive, with each part alone, and with all; a cross at "
                  "the right end: the observer diverged.") if features is not None else None
-    second = keep(folder, "sensorless", rasterized(sensorless_figure(plane)),
+    second = keep(folder, "sensorless", sensorless_figure(plane),
                   f"Error of the speed with the loop closed on each estimate, the observers believing {100 * R_S_OFF:g} % too "
                   "much stator resistance. Hatched: it does not hold. Dashed: zero stator frequency. Made by "
                   "`imo sweep study.toml --sensorless --plot map.svg`.") if plane is not None else None

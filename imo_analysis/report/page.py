@@ -122,6 +122,12 @@ def figure(svg: str, caption: str, alt: str, file: str) -> Html:
     return tag("figure", tag("div", image, class_="plate", style=size), below)
 
 
+def beside(words: str, files: Sequence[str]) -> Html:
+    """Figures that stay outside the page, as links to their files."""
+    links = join((tag("a", file, href=file) for file in files), ", ")
+    return tag("p", words, " ", links, ".", class_="note")
+
+
 def numbered(body: str) -> str:
     """The figures of a page counted from one."""
     pieces = re.split(r"(<figure.*?</figure>)", body, flags=re.DOTALL)

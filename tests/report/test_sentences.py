@@ -17,7 +17,7 @@ from imo_analysis.pencils.sweep import pole_sweep
 from imo_analysis.report import captions, searched
 from imo_analysis.report.atlas import atlas
 from imo_analysis.report.chapters.pencils import _neutral
-from imo_analysis.report.chapters.simulations import _stay
+from imo_analysis.report.chapters.simulations import _scenario, _stay
 from imo_analysis.report.chapters.tuned import _searched, tuned_chapter
 from imo_analysis.report.dossier import findings, strays
 from imo_analysis.report.drift import DriftRow
@@ -25,7 +25,7 @@ from imo_analysis.report.figure_claims import figure_claims
 from imo_analysis.report.metrics import Resting, StepResponse
 from imo_analysis.report.pencils import PoleResult, _mirrored
 from imo_analysis.report.run_figures import banded, leaving
-from imo_analysis.report.scenarios import Divergence, Scenario, WindowResult
+from imo_analysis.report.scenarios import Divergence, Drawn, Scenario, WindowResult
 from imo_analysis.report.tuned import BY_RULE, tuned
 from imo_analysis.simulation.run import simulate
 from imo_analysis.study import Study
@@ -80,6 +80,16 @@ def test_the_spread_of_the_predictions() -> None:
     assert "In the run the start ends +0.03 /s from it" in said
     assert "the speed's steps add -0.02 /s to what is predicted of them. Over all 2 steps" in said
     assert "off by 0.22 /s at most (fig1: 10.27 for 10.05 /s, `a`)" in said
+
+
+@pytest.mark.parametrize(("papers", "omega_hat", "inside"), [(False, 40.1, 1), (False, 47.0, 2), (True, 40.1, 2)])
+def test_a_run_of_ones_own_machine_in_which_all_track_shows_one_figure(papers: bool, omega_hat: float, inside: int) -> None:
+    svg = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 500 300"></svg>'
+    drawn = [Drawn(svg, "A caption.", f"figures/{name}.svg") for name in ("speed", "flux")]
+    state = Resting("a", 2.0, 40.0, omega_hat, math.nan, 0.0, 0.0, 0.0)
+    said = _scenario(Scenario("run", "run", "imo", drawn, [], [state], [], [], None, ""), papers)
+    assert said.count("<svg") == inside and said.count('href="figures/flux.svg"') == 1
+    assert ("All observers track. More figures of this run:" in said) == (inside == 1)
 
 
 def test_captions_say_what_the_run_shows() -> None:

@@ -16,7 +16,7 @@ from imo_analysis.paper.statements import ALPHA_FIGURE, ALPHA_FINAL
 from imo_analysis.report.chapters.cure import cure_section
 from imo_analysis.report.identifiability import Identifiability, RankRow
 from imo_analysis.report.modulation import Modulation
-from imo_analysis.report.page import Chapter, Html, figure, formula, join, number, prose, table, tag
+from imo_analysis.report.page import Chapter, Html, beside, figure, formula, join, number, prose, table, tag
 from imo_analysis.report.scenarios import ExcitationResult, Scenario, main_scenario
 from imo_analysis.report.words import typeset
 
@@ -44,7 +44,8 @@ threshold. The scaling and the threshold stand with each result.
             ),
             _overview(results),
             _levels(results),
-            *(_result(result) for result in results),
+            *(_result(result) for result in results if papers or result.open or not result.figure.file),
+            *_elsewhere([] if papers else [one.figure.file for one in results if not one.open and one.figure.file]),
             *_drift(scenarios, papers),
             *_varied(varied),
             *_possible(possible),
@@ -252,6 +253,10 @@ def _instants(one: dict[str, Any], appears: bool) -> str:
 
 def _share(share: float) -> str:
     return "all" if share == 1 else f"{100 * share:.3g} %"
+
+
+def _elsewhere(files: Sequence[str]) -> list[Html]:
+    return [beside("Eigenvalues over time in the other runs:", files)] if files else []
 
 
 def _result(result: ExcitationResult) -> Html:

@@ -9,9 +9,9 @@ from imo_analysis.equations.catalogue import OBSERVERS
 from imo_analysis.notation import symbol
 from imo_analysis.report.figure_claims import figure_claims
 from imo_analysis.report.metrics import BAND, Resting
-from imo_analysis.report.page import Chapter, Html, answer, figure, inline, join, number, prose, table, tag
+from imo_analysis.report.page import Chapter, Html, answer, beside, figure, inline, join, number, prose, table, tag
 from imo_analysis.report.paper_machine import is_paper
-from imo_analysis.report.scenarios import Divergence, Scenario, not_drawn
+from imo_analysis.report.scenarios import Divergence, Scenario, at_end, not_drawn, outcome
 from imo_analysis.report.words import typeset
 from imo_analysis.simulation.summary import STRETCH
 from imo_analysis.study import Study
@@ -43,7 +43,7 @@ electrical.
             ),
             table(("name", "what it is", "printed in", "gains (SI units)"), observers, "Observers of the study"),
             *(_claims(scenarios, study) if papers else ()),
-            *(_scenario(scenario) for scenario in scenarios),
+            *(_scenario(scenario, papers) for scenario in scenarios),
             *_divergences(study, divergences),
             *_others(not_drawn(study)),
         ]
@@ -51,12 +51,16 @@ electrical.
     return Chapter("simulations", "Simulations", "Simulations", body)
 
 
-def _scenario(scenario: Scenario) -> Html:
+def _scenario(scenario: Scenario, papers: bool) -> Html:
+    """One run; of one's own machine all figures only where an estimate does not track, so that the page stays small."""
     parts: list[object] = [tag("h3", typeset(scenario.title[:1].upper() + scenario.title[1:]))]
     if scenario.fault:
         parts.append(answer(typeset(scenario.fault)))
-    for drawn in scenario.figures:
-        parts.append(figure(drawn.svg, drawn.caption, drawn.caption, drawn.file))
+    calm = not papers and all(outcome(one) == "tracks" for one in at_end(scenario))
+    outside = [drawn for drawn in scenario.figures[1:] if calm and drawn.file]
+    parts += [figure(drawn.svg, drawn.caption, drawn.caption, drawn.file) for drawn in scenario.figures if drawn not in outside]
+    if outside:
+        parts.append(beside("All observers track. More figures of this run:", [drawn.file for drawn in outside]))
     for window in scenario.windows:
         rows = [
             (one.observer, number(one.peak), number(one.rms),
