@@ -47,7 +47,9 @@ def own_machine(
                 "how far off the speed ends.", class_="note"),
             _errors(scenarios, order, study.machine.n_p),
             tag("details", tag("summary", "The same runs in more numbers"), _table(study, scenarios, order), class_="more"),
-            tag("ul", *(tag("li", line) for line in (*_identifiable(results), _cure(cured, tried, study.machine.n_p)))),
+            tag("p", _cure(cured, tried, study.machine.n_p)),
+            tag("details", tag("summary", "Whether the rotor's parameter can be told apart from the speed, run by run"),
+                tag("ul", *(tag("li", line) for line in _identifiable(results))), class_="more"),
         ]
     )
 

@@ -105,11 +105,12 @@ def first_screen(study: Study, entries: Sequence[Entry], found: Sequence[str], o
         "Every equation, table and claim of the paper was transcribed, derived again and judged by exact arithmetic: "
         f"{len(papers)} entries. The same definitions were then linearised and simulated."), class_="lead")
     cited = tag("p", f"The paper: {PAPER}.", class_="soft")
-    shown: tuple[Html, ...] = (tag("h2", "What the numbers show", class_="sub"),
-                               tag("ul", *(tag("li", typeset(line)) for line in found)))
+    listed = tag("ul", *(tag("li", typeset(line)) for line in found))
+    shown: tuple[Html, ...] = (tag("h2", "What the numbers show", class_="sub"), listed)
     title: tuple[Html, ...]
     if own:
-        title = (tag("p", study.title, class_="soft"), tag("h1", "Which observers of speed work on this machine"), own, *shown,
+        title = (tag("p", study.title, class_="soft"), tag("h1", "Which observers of speed work on this machine"), own,
+                 tag("details", tag("summary", "What else the numbers show"), listed, class_="more"),
                  tag("h2", f"About the paper, not this machine: what holds in {topic}", class_="sub"), cited, audit)
         shown = ()
     else:
