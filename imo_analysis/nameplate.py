@@ -106,7 +106,8 @@ class Nameplate:
                 raise InputError(f'{where}.{name} = {getattr(plate, name):g} must be below 1, as in 0.84 or "84 %"')
         if not plate._turns():
             meant = replace(plate, speed=plate.speed * math.pi / 30)
-            hint = (f'did you mean "{plate.speed:g} rpm"?' if meant._turns()
+            bare = isinstance(values["speed"], int | float)  # a number without its unit is in rad/s
+            hint = (f'did you mean "{plate.speed:g} rpm"?' if bare and meant._turns()
                     else 'is it the speed at rated power, and has it its unit, as in "1455 rpm"?')
             raise InputError(
                 f"{where}.speed = {plate.speed:.4g} rad/s, {plate.speed * 30 / math.pi:.4g} rpm, must be a little (up to 20 %) "

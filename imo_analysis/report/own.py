@@ -13,6 +13,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from imo_analysis.equations.catalogue import OBSERVERS
 from imo_analysis.report.metrics import Resting
 from imo_analysis.report.page import number
@@ -26,6 +28,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 # In a few words, where the catalogue's meaning takes the paper for granted.
+NEAR = 0.1  # of the largest stator frequency: what is called near zero
 COPPER = 0.00393  # 1/K: how the resistance of copper rises from that at 20 °C
 _WHAT = {
     "baseline": "the classical adaptive full-order observer of Kubota and Matsuse",
@@ -123,6 +126,20 @@ def within(limit: Limit) -> str:
     return f"with R_s believed from {per_cent(limit.low)} too low to {per_cent(limit.high)} too high"
 
 
+def where_it_fails(plane: xr.Dataset, name: object) -> str:
+    """How often it is lost near zero stator frequency and away from it, braking and driving."""
+    one = plane.sel(observer=name)
+    lost = 1 - one["holds"].values
+    frequency = plane["stator_frequency"].values
+    near = np.abs(frequency) <= NEAR * np.abs(frequency).max()
+    braking = plane["T_l"].values[:, None] * plane["omega"].values[None, :] < 0
+    if not lost.any():
+        return "It fails nowhere."
+    return (f"It fails at {lost[near].sum()} of the {near.sum()} points within {100 * NEAR:g} % of the largest stator "
+            f"frequency around zero ({lost[near & braking].sum()} of them braking), and at {lost[~near].sum()} of the other "
+            f"{(~near).sum()}.")
+
+
 def advice(study: Study, found: Sequence[Standing], plane: xr.Dataset | None, refused: str) -> list[str]:
     """Which observer to take, or that none works, and what decides."""
     n_p, best = study.machine.n_p, found[0]
@@ -137,7 +154,8 @@ def advice(study: Study, found: Sequence[Standing], plane: xr.Dataset | None, re
     if able:
         said = f"Take `{chosen.observer}`: driven by it alone, the machine holds {where} {bounds} ({asked})."
         rest = [f"`{one.observer}`" for one in found if not one.works]
-        said += f" It does not with {', '.join(rest)}." if rest else ""
+        said += f" {where_it_fails(plane, chosen.observer)}"
+        said += f" It does not hold so with {', '.join(rest)}." if rest else ""
     else:
         said = ("None of these observers works on this machine without a speed sensor. The best of them is "
                 f"`{chosen.observer}`: driven by it alone, the machine holds {where} {bounds} ({asked}).")

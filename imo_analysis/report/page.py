@@ -123,9 +123,9 @@ def figure(svg: str, caption: str, alt: str, file: str) -> Html:
 
 
 def beside(words: str, files: Sequence[str]) -> Html:
-    """Figures that stay outside the page, as links to their files."""
-    links = join((tag("a", file, href=file) for file in files), ", ")
-    return tag("p", words, " ", links, ".", class_="note")
+    """Figures that stay outside the page, as links to their files; where there are none, which command writes them."""
+    links = join((tag("a", file, href=file) for file in files if file), ", ")
+    return tag("p", words, " ", links or "beside the page of imo report without --small", ".", class_="note")
 
 
 def numbered(body: str) -> str:

@@ -137,7 +137,7 @@ windows = [{{ title = "load comes on", start = 1.9, stop = 3.0, caption = "0 to 
 {start_alpha}
 [scenarios.warm]
 # The observers still believe the cold machine, above, whose alpha they start from: 1 / 1.3 - 1 = -0.2308. The drive knows.
-title = "rated load at half speed, resistances 30 % up and unknown"
+title = "rated load at half speed, stator and rotor resistance 30 % up and unknown"
 machine = {{ R_s = {warm_s:.5g}, R_r = {warm_r:.5g} }}    # ohm
 load = {{ time = [0.0, 2.0, 2.2], T_l = [0.0, 0.0, {torque:.4g}] }}
 reference = {{ time = [0.0, 0.3, 1.5], omega = [0.0, 0.0, {half:.4g}] }}
@@ -157,7 +157,7 @@ windows = [{{ title = "slower", start = 2.9, stop = 5.0, caption = "from half of
 
 [scenarios.closed]
 # the drive has nothing but the estimates of the observer "{feedback}"
-title = "sensorless: driven by {feedback}, rated load at half speed"
+title = "sensorless, rated load at half speed"
 drive = {{ feedback = "{feedback}" }}
 load = {{ time = [0.0, 2.0, 2.2], T_l = [0.0, 0.0, {torque:.4g}] }}
 reference = {{ time = [0.0, 0.3, 1.5], omega = [0.0, 0.0, {half:.4g}] }}
@@ -165,7 +165,7 @@ windows = [{{ title = "load comes on", start = 1.9, stop = 3.0, caption = "0 to 
 
 [scenarios.closed_off]
 # the same, the observers believing 5 % more stator resistance than there is; imo sweep FILE --sensorless draws the whole map
-title = "sensorless: driven by {feedback}, rated load at half speed, R_s believed {cold_percent:g} % too high"
+title = "sensorless, rated load at half speed, R_s believed {cold_percent:g} % too high"
 drive = {{ feedback = "{feedback}" }}
 load = {{ time = [0.0, 2.0, 2.2], T_l = [0.0, 0.0, {torque:.4g}] }}
 reference = {{ time = [0.0, 0.3, 1.5], omega = [0.0, 0.0, {half:.4g}] }}

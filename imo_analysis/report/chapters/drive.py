@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imo_analysis.report.drive import DriveResult
-from imo_analysis.report.own import per_cent
+from imo_analysis.report.own import NEAR, per_cent, where_it_fails
 from imo_analysis.report.page import Chapter, Html, answer, figure, join, number, prose, table, tag
 from imo_analysis.report.words import typeset
 from imo_analysis.simulation.judge import R_S_OFF, STRETCH, criterion
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
 BREAKS = 10.0  # rad/s of error that a feature adds to an observer for it to be named
 LEAST = 1e-3  # rad/s, below which an error is not written out
-NEAR = 0.1  # of the largest stator frequency: what is called near zero
 FAR_LESS = 5.0  # times smaller: by far less
 
 
@@ -139,7 +138,7 @@ def _map(result: DriveResult) -> list[Html]:
     lines = []
     for name in plane["observer"].values:
         share = float(plane["holds"].sel(observer=name).mean())
-        lines.append(f"`{name}` holds at {100 * share:.0f} % of the points. {_where(plane, name)}")
+        lines.append(f"`{name}` holds at {100 * share:.0f} % of the points. {where_it_fails(plane, name)}")
     wedge = any(_lost_near_and_far(plane, name)[0] > FAR_LESS * _lost_near_and_far(plane, name)[1]
                 for name in plane["observer"].values)
     return [head, prose(
@@ -176,17 +175,3 @@ def _lost_near_and_far(plane: xr.Dataset, name: object) -> tuple[float, float]:
     lost = 1.0 - plane.sel(observer=name)["holds"].values
     near = np.abs(plane["stator_frequency"].values) <= NEAR * np.abs(plane["stator_frequency"].values).max()
     return (float(lost[near].mean()) if near.any() else 0.0, float(lost[~near].mean()) if (~near).any() else 0.0)
-
-
-def _where(plane: xr.Dataset, name: object) -> str:
-    """How often it is lost near zero stator frequency and away from it, braking and driving."""
-    one = plane.sel(observer=name)
-    lost = 1 - one["holds"].values
-    frequency = plane["stator_frequency"].values
-    near = np.abs(frequency) <= NEAR * np.abs(frequency).max()
-    braking = plane["T_l"].values[:, None] * plane["omega"].values[None, :] < 0
-    if not lost.any():
-        return "It fails nowhere."
-    return (f"It fails at {lost[near].sum()} of the {near.sum()} points within {100 * NEAR:g} % of the largest stator "
-            f"frequency around zero ({lost[near & braking].sum()} of them braking), and at {lost[~near].sum()} of the other "
-            f"{(~near).sum()}.")

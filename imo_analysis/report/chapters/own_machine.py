@@ -59,7 +59,7 @@ def _errors(scenarios: Sequence[Scenario], order: Sequence[str], n_p: int) -> Ht
     rows = []
     for scenario in scenarios:
         ends = {one.observer: one for one in at_end(scenario)}
-        row: list[object] = [scenario.title]
+        row: list[object] = [_title(scenario)]
         for name in order:
             one = ends.get(name)
             watches = scenario.driver not in ("", name)
@@ -68,6 +68,11 @@ def _errors(scenarios: Sequence[Scenario], order: Sequence[str], n_p: int) -> Ht
     return table(("run", *(f"`{name}`" for name in order)), rows,
                  "Where the estimates end: whether it tracks, and its mean error in rad/s, electrical, in % of the "
                  f"speed, and in r/min of the shaft. It tracks where that is within {criterion()}.")
+
+
+def _title(scenario: Scenario) -> Html:
+    """The run, and whose estimate drives in it."""
+    return typeset(scenario.title + (f", driven by `{scenario.driver}`" if scenario.driver else ""))
 
 
 def _cell(one: Resting, n_p: int) -> str:
@@ -97,7 +102,7 @@ def _rows(scenario: Scenario, order: Sequence[str]) -> list[tuple[object, ...]]:
         errors = [abs(one.omega - one.omega_hat) for one in scenario.resting if one.observer == last.observer]
         largest = math.nan if any(map(math.isnan, errors)) else max(errors)
         watches = scenario.driver not in ("", last.observer)
-        rows.append((scenario.title, tag("code", last.observer), outcome(last) + (" (watches only)" if watches else ""),
+        rows.append((_title(scenario), tag("code", last.observer), outcome(last) + (" (watches only)" if watches else ""),
                      number(errors[-1]), number(last.rms), number(largest), number(last.alpha_hat - scenario.alpha, sign=True)))
     return rows
 

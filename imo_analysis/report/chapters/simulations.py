@@ -52,15 +52,15 @@ electrical.
 
 
 def _scenario(scenario: Scenario, papers: bool) -> Html:
-    """One run; of one's own machine all figures only where an estimate does not track, so that the page stays small."""
+    """One run; of one's own machine the speed, and a window of it where an estimate does not track: the page stays small."""
     parts: list[object] = [tag("h3", typeset(scenario.title[:1].upper() + scenario.title[1:]))]
     if scenario.fault:
         parts.append(answer(typeset(scenario.fault)))
-    calm = not papers and all(outcome(one) == "tracks" for one in at_end(scenario))
-    outside = [drawn for drawn in scenario.figures[1:] if calm and drawn.file]
-    parts += [figure(drawn.svg, drawn.caption, drawn.caption, drawn.file) for drawn in scenario.figures if drawn not in outside]
-    if outside:
-        parts.append(beside("All observers track. More figures of this run:", [drawn.file for drawn in outside]))
+    calm = all(outcome(one) == "tracks" for one in at_end(scenario))
+    shown = len(scenario.figures) if papers else 1 if calm else 2
+    parts += [figure(drawn.svg, drawn.caption, drawn.caption, drawn.file) for drawn in scenario.figures[:shown]]
+    if scenario.figures[shown:]:
+        parts.append(beside("More figures of this run:", [drawn.file for drawn in scenario.figures[shown:]]))
     for window in scenario.windows:
         rows = [
             (one.observer, number(one.peak), number(one.rms),
