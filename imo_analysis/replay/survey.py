@@ -34,8 +34,6 @@ class Survey:
         Largest measured speed in size, electrical rad/s; NaN without one.
     head, stretch : Samples
         The first block, and the block with the most apparent power.
-    zero_sequence : float
-        RMS of the sum of the phase currents over that of one of them; NaN where not all three were recorded.
     """
 
     rows: int
@@ -45,7 +43,6 @@ class Survey:
     peak_speed: float
     head: Samples
     stretch: Samples
-    zero_sequence: float
 
 
 def survey(log: Log, bridge: bool = False) -> Survey:
@@ -92,16 +89,15 @@ def survey(log: Log, bridge: bool = False) -> Survey:
             raise InputError(f"{log.path}: the {what} is zero in every sample; nothing can be estimated from it")
         if not math.isfinite(size):
             raise InputError(f"{log.path}: the {what} is too large to square; is its column the right one?")
-    has_zero = stretch.i_zero is not None
-    sequence = math.sqrt(zero / (current / 2)) if has_zero else math.nan
-    if has_zero and sequence > _ZERO_SEQUENCE:
+    sequence = math.sqrt(zero / (current / 2))  # zero, too, where not all three currents were recorded
+    if sequence > _ZERO_SEQUENCE:
         raise InputError(
             f"{log.path}: the three phase currents do not add up to zero (RMS of the sum: {sequence:.2g} of a phase's); "
             "one is reversed, scaled otherwise or another column. To use two of them: --column i_c=none"
         )
     if not gaps and log.rate is None:
         period = (last - start) / (rows - 1)
-    return Survey(rows, start, period, gaps, speed if speed >= 0 else math.nan, head, stretch, sequence)
+    return Survey(rows, start, period, gaps, speed if speed >= 0 else math.nan, head, stretch)
 
 
 def _period(log: Log, block: Samples) -> float:
