@@ -17,8 +17,9 @@ import numpy as np
 from benchmarks import c_code
 from imo_analysis.equations.catalogue import OBSERVERS
 from imo_analysis.simulation import drive
+from imo_analysis.simulation.composition import loop_of
 from imo_analysis.simulation.inputs import inputs
-from imo_analysis.simulation.kernel import Loop, kernel
+from imo_analysis.simulation.kernel import kernel
 from imo_analysis.simulation.loaded_machine import direction_of, machine_rates
 from imo_analysis.simulation.run import BOUND, drive_parameters, initial_state
 from imo_analysis.study import Study
@@ -67,7 +68,7 @@ def prepared(task: Task) -> Callable[[], tuple[np.ndarray, np.ndarray, np.ndarra
     Returns the states of machine, observer and drive at the end of the task.
     """
     study, machine = task.study, task.study.machine
-    run, sensor, friction = kernel(Loop((KIND,))), (1.0, 1.0, 0.0, 0.0, 0.0), machine.B / machine.n_p
+    run, sensor, friction = kernel(loop_of(study)), (1.0, 1.0, 0.0, 0.0, 0.0), machine.B / machine.n_p
     p, d, believed = machine.plant_parameters, drive_parameters(study), machine.observer_parameters
     gains, substeps = study.observers[KIND].gain_values, study.simulation.substeps
     out, lost = np.empty((-(-task.samples // 10), 17)), np.full(2, -1)

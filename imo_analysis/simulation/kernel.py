@@ -1,4 +1,4 @@
-"""The loop over samples: drive, machine and observers as one ordinary differential equation under a held voltage, by RK4.
+"""The loop over samples: drive, machine and observers as one ordinary differential equation under a held voltage, by Runge-Kutta steps.
 
 The text of the entry is generated for a composition (`Loop`), since numba unrolls tuples of a fixed length only. It holds
 no equation: those it calls by name.
@@ -12,7 +12,7 @@ from typing import Any
 
 from imo_analysis import compile as compiler
 from imo_analysis.equations.catalogue import OBSERVERS
-from imo_analysis.simulation import drive, inverter, loaded_machine, saturated_machine, sensor, shaft
+from imo_analysis.simulation import drive, inverter, loaded_machine, runge_kutta, saturated_machine, sensor, shaft
 
 PLANT_STATES = ("i_ds", "i_qs", "phi_dr", "phi_qr", "omega")
 APPLIED = ("u_ds", "u_qs")
@@ -47,6 +47,8 @@ class Loop:
         Whether the machine is that of `simulation.saturated_machine`; the first two entries of ``x`` are then stator fluxes.
     directions : tuple of str
         Whence each observer has the direction: ``true``, ``reference``, ``estimate``. Empty where all have the true one.
+    order : int
+        Order of the integrator: `simulation.runge_kutta`.
     """
 
     observers: tuple[str, ...] = ()
@@ -59,6 +61,7 @@ class Loop:
     two_mass: bool = False
     saturated: bool = False
     directions: tuple[str, ...] = ()
+    order: int = 4
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -166,7 +169,8 @@ def source(loop: Loop) -> str:
     i_d, i_q = ("current[0]", "current[1]") if loop.saturated else ("x[0]", "x[1]")
     believed = "believed" if loop.believes else "p"
     lines = [
-        *combine(width, *sizes),
+        *runge_kutta.functions(loop.order, (width, *sizes)),
+        runge_kutta.INLINE,
         *_rates(loop, len(sizes)),
         "", "",
         '@njit(cache=True, error_model="numpy", nogil=True)',
@@ -270,9 +274,13 @@ def _direction(loop: Loop) -> str:
 
 def _advance(loop: Loop, sizes: list[int]) -> list[str]:
     """From one sample to the next: steps under one voltage, or under each of those that the inverter switches through."""
-    told, extras = ("told, " if loop.inverter else ""), _physics(loop)
+    each = [f"y_{n}" for n in range(len(sizes))]
+    observers = "".join(f", {{{name}}}, p_{n}, g_{n}" for n, name in enumerate(each))
+    step = runge_kutta.step(
+        loop.order, dict(zip(("x", *each), (loop.width, *sizes), strict=True)),
+        f"rates({{x}}, u, {'told, ' if loop.inverter else ''}direction, T_l, held, continuous, p, friction{_physics(loop)}{observers})")
     if loop.inverter != "switched":
-        return ["        for _ in range(substeps):", *[f"            {line}" for line in rk4(sizes, loop.width, told, extras)]]
+        return ["        for _ in range(substeps):", *[f"            {line}" for line in step]]
     return [
         "        edge = edges(on, off, bridge)",
         "        for _ in range(int(bridge[3])):",
@@ -280,23 +288,8 @@ def _advance(loop: Loop, sizes: list[int]) -> list[str]:
         "                h = (edge[piece + 1] - edge[piece]) / substeps",
         "                u = bridge_voltage(0.5 * (edge[piece] + edge[piece + 1]), on, off, bridge)",
         "                for _ in range(substeps):",
-        *[f"                    {line}" for line in rk4(sizes, loop.width, told, extras)],
+        *[f"                    {line}" for line in step],
     ]
-
-
-def rk4(sizes: list[int], width: int = 5, told: str = "", extras: str = "") -> list[str]:
-    """One classical Runge-Kutta step of all states together; ``width`` is the machine's, the rest go to ``rates``."""
-    names = ["x", *(f"y_{n}" for n in range(len(sizes)))]
-    widths = [width, *sizes]
-    lines = []
-    places = ("{0}", "move_{1}({0}, h / 2, k_1[{2}])", "move_{1}({0}, h / 2, k_2[{2}])", "move_{1}({0}, h, k_3[{2}])")
-    for stage, at in enumerate(places, 1):
-        x, *rest = [at.format(name, width, n) for n, (name, width) in enumerate(zip(names, widths, strict=True))]
-        more = "".join(f", {value}, p_{n}, g_{n}" for n, value in enumerate(rest))
-        lines.append(f"k_{stage} = rates({x}, u, {told}direction, T_l, held, continuous, p, friction{extras}{more})")
-    for n, (name, width) in enumerate(zip(names, widths, strict=True)):
-        lines.append(f"{name} = step_{width}({name}, h / 6, k_1[{n}], k_2[{n}], k_3[{n}], k_4[{n}])")
-    return lines
 
 
 def _watch(widths: list[int], feedback: bool) -> list[str]:
@@ -308,18 +301,6 @@ def _watch(widths: list[int], feedback: bool) -> list[str]:
         lines += [f"        if lost[{entry}] < 0 and not {size} < bound:", f"            lost[{entry}] = start + k"]
         if entry == 0 or (entry == 1 and feedback):
             lines += ["            done = k", "            break"]
-    return lines
-
-
-def combine(*widths: int) -> list[str]:
-    """The two combinations of states and rates that RK4 needs, for each number of states."""
-    lines = []
-    for width in sorted(set(widths)):
-        moved = ", ".join(f"y[{j}] + h * k[{j}]" for j in range(width))
-        stepped = ", ".join(f"y[{j}] + h * (a[{j}] + 2.0 * (b[{j}] + c[{j}]) + d[{j}])" for j in range(width))
-        for head, body in ((f"move_{width}(y, h, k)", moved), (f"step_{width}(y, h, a, b, c, d)", stepped)):
-            lines += ['@njit(forceinline=True, error_model="numpy")', f"def {head}:", f"    return ({body})", "", ""]
-    lines.append('@njit(forceinline=True, error_model="numpy")')
     return lines
 
 

@@ -16,7 +16,8 @@ from typing import Any
 from imo_analysis import compile as compiler
 from imo_analysis.equations.catalogue import OBSERVERS, PARAMETERS
 from imo_analysis.simulation import drive, loaded_machine
-from imo_analysis.simulation.kernel import Loop, combine, sum_of
+from imo_analysis.simulation.kernel import Loop, sum_of
+from imo_analysis.simulation.runge_kutta import INLINE
 from imo_analysis.sweeps import tally
 from imo_analysis.sweeps.trace import CONSTANT, HELD, LIVE, Trace, Value, statements
 
@@ -188,7 +189,7 @@ class Lanes:
         results = rates(trace, live, more, held)
         lines, needed = statements(results, LIVE, names, "c")
         function = [
-            '@njit(forceinline=True, error_model="numpy")',
+            INLINE,
             f"def {name}({', '.join(('s', *outside, 'c'))}):",
             "    " + "".join(f"{names[id(value)]}, " for value in needed) + "= c",
             *["    " + line for line in lines],
@@ -246,7 +247,7 @@ class Lanes:
             "from numba import carray",
             "from imo_analysis.sweeps.stack import stack_memory",
             "", "",
-            *combine(MACHINE_STATES, *(len(kind.states) for kind in self.kinds))[:-1],
+            *(line for width in sorted({MACHINE_STATES, *(len(kind.states) for kind in self.kinds)}) for line in _move(width)),
             *(line for function, _ in parts for line in function),
             '@njit(cache=True, error_model="numpy", nogil=True)',
             "def run(start, samples, every, h, substeps, bound, window, band, sampled, piece, share, sine, noise, tables,",
@@ -332,6 +333,12 @@ def _stages(rates: str, first: int, count: int, arguments: list[str], keep: bool
         weight = "1.0" if stage == 3 else "2.0"
         lines.append(f"total = move_{count}(total, {weight}, k)" if stage else "total = k")
     return [*lines, f"s = move_{count}(s, h / 6, total)", *[f"{state} = s[{j}]" for j, state in enumerate(states)]]
+
+
+def _move(width: int) -> list[str]:
+    """``move_WIDTH``, which adds so much of the rates to so many states."""
+    moved = ", ".join(f"y[{j}] + h * k[{j}]" for j in range(width))
+    return [INLINE, f"def move_{width}(y, h, k):", f"    return ({moved})", "", ""]
 
 
 def _tally(n: int, first: int, count: int) -> str:

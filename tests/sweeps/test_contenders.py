@@ -6,6 +6,7 @@ only rounding differs, 1e-7 against tight integrations (the error of one RK4 ste
 
 import json
 import os
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -60,6 +61,12 @@ def test_kernel_and_plain_python(task):
 
 def test_one_step_a_sample_against_a_tight_integration(task, exact):
     assert 1e-10 < off(contenders.ours(task), exact) < 1e-7
+
+
+def test_the_step_of_order_five_is_scipys(task):
+    """Over one sample scipy's RK45 at a loose tolerance takes one step, of the method that ours is."""
+    five = replace(task, study=task.study.changed({"simulation.order": 5}))
+    assert off(contenders.ours(five), contenders.scipy_per_sample(task, 1e-3)) < 1e-14
 
 
 def test_scipy(task, exact):
