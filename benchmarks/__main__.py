@@ -106,7 +106,7 @@ def one_loop(quick: bool) -> list[dict[str, Any]]:
 
 
 def as_accurate(short: contenders.Task, wrong: float, error: Callable[[np.ndarray], float]) -> tuple[str, contenders.Task]:
-    """The cheapest order and steps a sample with which our error is no more than a tenth above ``wrong``: words, and the task."""
+    """The cheapest order and steps a sample whose error is no more than a tenth above ``wrong``: in words, and the task."""
     cheapest = sorted((steps * method.evaluations, order, steps) for order, method in METHODS.items() for steps in range(1, 20))
     for _, order, steps in cheapest:
         task = replace(short, study=short.study.changed({"simulation.substeps": steps, "simulation.order": order}))

@@ -51,7 +51,8 @@ def run(args: argparse.Namespace) -> int:
     lines = [
         f"study      {study.title} (sha256 {study.sha256[:12]})",
         f"machine    {study.machine.name}: alpha = {study.machine.alpha:.4f} /s, {study.machine.n_p} pole pairs",
-        f"run        {simulation.duration:g} s at {1 / simulation.sample_time:g} Hz, {simulation.substeps} step(s) of order {simulation.order} a sample",
+        f"run        {simulation.duration:g} s at {1 / simulation.sample_time:g} Hz, {simulation.substeps} step(s) of order "
+        f"{simulation.order} a sample",
         f"observers  {', '.join(study.observers) or 'none'}",
         f"scenarios  {', '.join(study.scenarios) or 'none'}",
     ]

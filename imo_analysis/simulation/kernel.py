@@ -1,4 +1,4 @@
-"""The loop over samples: drive, machine and observers as one ordinary differential equation under a held voltage, by Runge-Kutta steps.
+"""The loop over samples: drive, machine and observers as one ordinary differential equation, the voltage held.
 
 The text of the entry is generated for a composition (`Loop`), since numba unrolls tuples of a fixed length only. It holds
 no equation: those it calls by name.
@@ -278,7 +278,8 @@ def _advance(loop: Loop, sizes: list[int]) -> list[str]:
     observers = "".join(f", {{{name}}}, p_{n}, g_{n}" for n, name in enumerate(each))
     step = runge_kutta.step(
         loop.order, dict(zip(("x", *each), (loop.width, *sizes), strict=True)),
-        f"rates({{x}}, u, {'told, ' if loop.inverter else ''}direction, T_l, held, continuous, p, friction{_physics(loop)}{observers})")
+        f"rates({{x}}, u, {'told, ' if loop.inverter else ''}direction, T_l, held, continuous, p, friction"
+        f"{_physics(loop)}{observers})")
     if loop.inverter != "switched":
         return ["        for _ in range(substeps):", *[f"            {line}" for line in step]]
     return [

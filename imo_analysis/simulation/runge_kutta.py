@@ -1,7 +1,7 @@
 """Explicit Runge-Kutta steps, as text for the generated loops: the classical one of order 4 and that of Dormand and Prince.
 
-A method is what its stages add to the states, ``h`` being the step and ``{n}`` the rates of stage n (from 1), and what the whole
-step adds.
+A method is what its stages add to the states, ``h`` being the step and ``{n}`` the rates of stage n (from 1), and what the
+whole step adds.
 """
 
 from __future__ import annotations

@@ -36,7 +36,8 @@ def test_order(turning, oracle, order):
 
 
 @pytest.mark.parametrize("changes", [
-    {"mechanics": {"load_share": 0.3, "stiffness": 500.0, "damping": 0.5, "coulomb": 0.2}, "saturation": {"knee": 0.6, "power": 3}},
+    {"mechanics": {"load_share": 0.3, "stiffness": 500.0, "damping": 0.5, "coulomb": 0.2},
+     "saturation": {"knee": 0.6, "power": 3}},
     {"inverter": {"dc_link": 600.0, "dead_time": 1e-6, "pwm": "switched", "delay": 1}, "sensors.current_resolution": 0.01},
 ])
 def test_both_orders_with_what_a_drive_has(turning, changes):
