@@ -282,6 +282,31 @@ def _drops(matrix: Any, factor: Any, size: int) -> bool:
     return False
 
 
+def instant_determinant() -> Any:
+    """Determinant of the current's row and its first derivative for flux, omega and an unknown T_l, along any motion: exact.
+
+    Returns
+    -------
+    determinant : sympy expression
+        In alpha, omega, psi, slip and omega_dot, the rate of the speed. Where it is not zero, the current and its first
+        derivative tell the four apart at that instant. In a steady state what is left of it is the stator frequency.
+    """
+    import sympy
+    from sympy import QQ, ring
+
+    names = ("alpha", "omega", "M", "psi", "slip")
+    made, *symbols = ring((*names, "omega_dot", "psi_dot", "psi_ddot", "slip_dot"), QQ)
+    alpha, omega, M, psi, slip, omega_dot, psi_dot, psi_ddot, slip_dot = symbols
+    rates = {omega: omega_dot, psi: psi_dot, psi_dot: psi_ddot, slip: slip_dot}
+
+    def rate(entry: Any) -> Any:
+        return sum((entry.diff(symbol) * its for symbol, its in rates.items()), made.zero)
+
+    problem = Problem(("omega", "T_l"))
+    first = rows(problem, Jets(alpha, omega, M, psi, slip, rate, made.zero))[:len(problem.columns)]
+    return sympy.factor(sympy.Matrix([[entry.as_expr() for entry in row] for row in first]).det())
+
+
 def cannot_vanish(factor: Any) -> bool:
     """Whether a polynomial is a sum of a positive term and even terms, for M > 0 and real omega and slip."""
     import sympy

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from imo_analysis.equations.steady_state import slip_of_torque
+from imo_analysis.notation import symbol
 from imo_analysis.report.gram_table import GramRow, gram_rows
 from imo_analysis.report.numbers import number
 from imo_analysis.report.scenarios import Drawn, keep
@@ -38,10 +39,14 @@ class RankRow:
 
 @dataclass(frozen=True)
 class Identifiability:
-    """Ranks with the speed as a constant parameter and with the speed row of (1), figures of the maps, and Gram matrices."""
+    """Ranks with the speed as a constant parameter and with the speed row of (1), figures of the maps, and Gram matrices.
+
+    ``instant`` is `observability.instant_determinant` in LaTeX.
+    """
 
     constant_speed: list[RankRow]
     mechanical: list[RankRow]
+    instant: str
     figures: list[Drawn]
     grams: list[GramRow]
 
@@ -79,7 +84,7 @@ def identifiability(study: Study, folder: Path) -> Identifiability:
              f"(alpha) or {KNOWN[1]:.2g} rad/s (omega). “Either, not both”: each is, but only while the other is given. "
              "On the line of zero stator frequency, which is thinner than the grid, constant flux shows neither."),
     ]
-    return Identifiability(_ranks(False), _ranks(True), figures, gram_rows(study, DEPTH, FREQUENCY))
+    return Identifiability(_ranks(False), _ranks(True), _instant(), figures, gram_rows(study, DEPTH, FREQUENCY))
 
 
 def _median(bound: xr.DataArray) -> str:
@@ -96,6 +101,17 @@ def _range(bound: xr.DataArray) -> str:
 def _even(start: float, stop: float, count: int) -> list[float]:
     values: list[float] = np.linspace(start, stop, count).tolist()
     return values
+
+
+def _instant() -> str:
+    from sympy import latex
+
+    from imo_analysis.excitation.observability import instant_determinant
+
+    found = instant_determinant()
+    special = {"omega_dot": r"\dot{\omega}", "slip": symbol("slip").latex}
+    written: str = latex(found, symbol_names={one: special[one.name] for one in found.free_symbols if one.name in special})
+    return written
 
 
 def _ranks(mechanical: bool) -> list[RankRow]:

@@ -12,6 +12,12 @@ CONSTANT = {r.problem.unknown: r for r in o.rank_table(mechanical=False)}
 MECHANICAL = {r.problem.unknown: r for r in o.rank_table(mechanical=True)}
 
 
+def test_every_combination_is_there():
+    for mechanical, count in ((False, 3), (True, 4)):
+        found = {problem.unknown for problem in o.problems(mechanical)}
+        assert len(found) == 2**count and set().union(*found) == set(o.UNKNOWNS[:count])
+
+
 def test_every_combination_is_observable_in_general_motion():
     for row in (*CONSTANT.values(), *MECHANICAL.values()):
         assert row.ranks["general motion"] == row.size, row.problem
@@ -120,6 +126,38 @@ def test_rows_agree_with_lie_derivatives_in_a_steady_state(unknown, slip):
     family = {"13/9": "steady state", "0/1": "steady, no load", "-11/3": "steady, zero stator frequency"}
     name = next(v for k, v in family.items() if QQ(*map(int, k.split("/"))) == slip)
     assert found - 2 == MECHANICAL[unknown].ranks[name]
+
+
+def test_determinant_at_an_instant_is_that_of_the_machine_itself():
+    """Straight from `plant` in the stator frame, at a random point: singular with the one load torque that it names."""
+    closed = o.instant_determinant()
+    alpha, omega, psi, slip, omega_dot = sympy.symbols("alpha omega psi slip omega_dot")
+    turning = omega + slip + alpha * omega_dot / (alpha**2 + omega**2)  # omega_s, and the rate of arctan(omega/alpha)
+    assert sympy.simplify(closed - psi**2 * (alpha**2 + omega**2) * turning) == 0
+
+    draw, QQ = Random(8), sympy.QQ
+
+    def number():
+        return QQ(draw.randint(1, 30), draw.randint(1, 9))
+
+    made, *variables = sympy.ring(NAMES, QQ)
+    gens = dict(zip(NAMES, variables, strict=True))
+    p = (gens["R"], number(), number(), number(), gens["al"], number(), QQ(2), number())
+    voltage = (number(), number())
+    rates = dict(zip(NAMES[:5], plant([gens[n] for n in NAMES[:5]], voltage, 0, gens["T"], p), strict=True))
+    point = {n: number() for n in NAMES}
+
+    def at(name):
+        return (made.zero + rates[name]).evaluate([(gens[n], point[n]) for n in NAMES])
+
+    f1, f2, w, al = (point[n] for n in ("f1", "f2", "w", "al"))
+    frequency = (f1 * at("f2") - f2 * at("f1")) / (f1**2 + f2**2)
+    wanted = -frequency * (al**2 + w**2) / al  # of the speed's rate, which is even in the load torque
+    unloaded = at("w") + point["T"] * QQ(2) / p[7]
+    for load, rank in (((unloaded - wanted) * p[7] / QQ(2), 5), (point["T"], 6)):
+        point["T"] = load
+        found = lie_rows(gens, rates, [gens["i1"], gens["i2"]], [*NAMES[:5], "T"], 3, [(gens[n], point[n]) for n in NAMES])
+        assert found.rank() == rank
 
 
 def test_constant_speed_is_lost_exactly_on_circles():

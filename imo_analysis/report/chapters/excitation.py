@@ -8,7 +8,7 @@ from typing import Any
 from imo_analysis.equations import drift
 from imo_analysis.excitation.conditions import CONDITIONS
 from imo_analysis.excitation.observability import TRIES
-from imo_analysis.excitation.published import PUBLISHED, compare
+from imo_analysis.excitation.published import CITED, PUBLISHED, compare
 from imo_analysis.excitation.variations import Variation
 from imo_analysis.ledger.expression import Name, Relation, names
 from imo_analysis.ledger.latex import relation_latex
@@ -143,8 +143,17 @@ by one of them, a deficit is what """ + f"{TRIES} of them agree on." + r"""
         *(figure(drawn.svg, drawn.caption, drawn.caption, drawn.file) for drawn in possible.figures),
         *_grams(possible),
         _conditions(possible),
+        prose("In motion, with the load torque unknown, the determinant of the current's row and its first derivative for "
+              "flux, speed and load torque is exactly"),
+        formula(possible.instant),
+        prose(r"""
+that is $\psi^2 (\alpha^2 + \omega^2)$ times the sum of the stator frequency and the rate of $\arctan(\omega / \alpha)$. Where
+it is not zero, the speed is told at that very instant. At constant speed only zero stator frequency is left; while the speed
+changes, what hides it lies beside that line.
+"""),
         tag("h4", "Beside what is published"),
         _published(),
+        prose("Cited only, since no text could be had that states a condition: " + "; ".join(CITED) + "."),
     ]
 
 
@@ -186,11 +195,10 @@ _SURFACES = {"slip": "no load (slip 0)", "omega + slip": "zero stator frequency"
 
 
 def _published() -> Html:
-    rows = [(typeset(one.source), typeset(one.says), one.read, typeset(one.ours) if one.ours else "", compare(one))
-            for one in PUBLISHED]
+    rows = [(typeset(one.source), typeset(one.says), one.read, typeset(one.ours), compare(one)) for one in PUBLISHED]
     return table(("source", "says", "checked against", "here", "the condition"), rows,
                  "Published statements on the sensorless machine; the last column is computed: the condition as published "
-                 "against the one found here")
+                 "against the one found here; “implied” is a loss found here beside others")
 
 
 def _steady(rows: Sequence[RankRow]) -> str:
