@@ -15,17 +15,19 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+from imo_analysis.efficiency import NEVER, UNUSUAL, efficiency_at
 from imo_analysis.errors import InputError, unknown_key
 from imo_analysis.machine import InductionMachine
 from imo_analysis.quantity import accepted, si_value, with_unit
 
-LEAST_EFFICIENCY = 0.3  # of any motor that a drive feeds, at its rated point
 TYPICAL_LEAKAGE = 0.2  # of the base impedance; catalogues of standard motors lie between 0.15 and 0.25
 ROUNDING = 0.01  # of the power that voltage, current and power factor give: plates have two or three digits of each
 # Of what the stator loses, iron, stray and friction losses with it, the copper's part at least. Assumed: it goes with size and
 # make; the 2.2 kW motor of the presets, measured, has 0.6.
 COPPER_SHARE = 0.5
 _CONTRADICTION = 0.03  # of the power taken; a plate's own digits explain half of it
+# Of it, too: IEC 60034-1 leaves the power factor up to 0.07 and the losses 15 %, about an eighth together; digits add to that.
+_IMPOSSIBLE = 0.2
 _UNITS = {"power": "W", "voltage": "V", "current": "A", "frequency": "Hz", "speed": "rad/s", "power_factor": "1",
           "efficiency": "1", "starting_current": "1"}
 _NEEDED = ("power", "voltage", "frequency", "speed")
@@ -34,6 +36,8 @@ _ALSO = {"cosphi": "power_factor", "cos": "power_factor", "pf": "power_factor", 
          "n": "speed", "rpm": "speed", "u": "voltage", "v": "voltage", "i": "current", "amps": "current", "f": "frequency",
          "hz": "frequency", "p": "power", "kw": "power"}
 CONNECTIONS = ("star", "delta")
+GUESSED = "R_s too is estimated from the plate"  # in the source of a machine, which its study carries, with the range of R_s
+_RANGE = re.compile(rf"{GUESSED}, between (\S+) and (\S+) Ω")
 _BOTH = re.compile(r"\s*(\d+\.?\d*)\s*/\s*(\d+\.?\d*)\s*([A-Za-z]+)\s*$")
 
 
@@ -57,11 +61,9 @@ class Nameplate:
         At that power; 0 where it is not given. It stands in for a current or a power factor that the plate does not have.
     starting_current : float
         At standstill and full voltage, over the rated one; 0 where it is not given.
-
-    Notes
-    -----
-    ``connection``, ``star`` or ``delta``, only chooses from a plate with values for both, such as ``"400/690 V"`` with
-    ``"15.2/8.8 A"``. Between lines and in a line a machine is the same in either: parameters are those of the equivalent star.
+    connection : str
+        ``star`` or ``delta``, where it chose from values for both, such as ``"400/690 V"`` with ``"15.2/8.8 A"``; else empty.
+        Between lines and in a line a machine is the same in either: parameters are those of the equivalent star.
     """
 
     power: float
@@ -72,6 +74,7 @@ class Nameplate:
     power_factor: float = 0.0
     efficiency: float = 0.0
     starting_current: float = 0.0
+    connection: str = ""
 
     @classmethod
     def build(cls, values: Mapping[str, Any], where: str = "nameplate") -> Nameplate:
@@ -96,8 +99,9 @@ class Nameplate:
         for name in _NEEDED:
             if name not in values:
                 raise InputError(f"{where}.{name} is missing; it is on the plate (in {accepted(_UNITS[name])})")
-        values = _of_connection(values, where)
-        plate = cls(**{name: si_value(value, _UNITS[name], f"{where}.{name}") for name, value in values.items()})
+        values, connection = _of_connection(values, where)
+        plate = cls(**{name: si_value(value, _UNITS[name], f"{where}.{name}") for name, value in values.items()},
+                    connection=connection)
         for name in values:
             if getattr(plate, name) <= 0:
                 raise InputError(f"{where}.{name} = {with_unit(getattr(plate, name), _UNITS[name])} must be above 0")
@@ -122,6 +126,7 @@ class Nameplate:
         """With the current or the power factor that the efficiency tells, where the plate lacks one of them."""
         if not self.efficiency:
             return self
+        self._check_efficiency(where)
         apparent = math.sqrt(3) * self.voltage
         if self.power_factor and not self.current:
             return replace(self, current=self.power / (self.efficiency * apparent * self.power_factor))
@@ -132,6 +137,22 @@ class Nameplate:
                                  "voltage and current; it must be below 1: check the four")
             return replace(self, power_factor=found)
         return self
+
+    def _check_efficiency(self, where: str) -> None:
+        """Refuse one that no motor of this plate can have."""
+        given = f"{where}.efficiency = {100 * self.efficiency:.3g} %"
+        most, least = self.power / self.gap, efficiency_at(NEVER, self.power)
+        if self.efficiency >= most:
+            raise InputError(f"{given} must be below {100 * most:.3g} %, for the slip alone takes the rest, {self.slip:.3g} of "
+                             f"{self.stator_frequency:.4g} rad/s; check efficiency and speed")
+        implied = self.power / self.taken if self.taken else self.efficiency
+        if abs(self.efficiency / implied - 1) > _IMPOSSIBLE:
+            raise InputError(f"{given} contradicts voltage, current and power factor, with which {self.power:g} W at the shaft "
+                             f"are {100 * implied:.3g} %; a plate's digits and tolerances explain {100 * _IMPOSSIBLE:g} % at "
+                             "most: check the five, or leave the efficiency out")
+        if self.efficiency < least:
+            raise InputError(f"{given} must be above {100 * least:.3g} %: no motor of {self.power:g} W loses more at its rated "
+                             "point; check efficiency and power, or give current and power factor instead")
 
     @property
     def taken(self) -> float:
@@ -198,11 +219,11 @@ def machine_of(plate: Nameplate, known: Mapping[str, Any], where: str = "namepla
     if "J" not in known:
         raise InputError(f"{where}: no plate has the inertia; write J in [machine], in kg m^2, of rotor and load together")
     u, i = plate.phase_voltage, math.sqrt(2) * plate.current * cmath.exp(-1j * math.acos(plate.power_factor))
-    taken, gap = plate.taken, plate.gap
-    if not LEAST_EFFICIENCY < plate.power / taken < 1:
+    taken, gap, least = plate.taken, plate.gap, efficiency_at(NEVER, plate.power)
+    if not least < plate.power / taken < 1:
         raise InputError(f"{where}.power = {plate.power:g} W at the shaft of the {taken:.4g} W that voltage, current and power "
-                         f"factor give is an efficiency of {plate.power / taken:.3g}; it must be between {LEAST_EFFICIENCY:g} "
-                         "and 1: check the four, and the unit of the power (\"7.5 kW\")")
+                         f"factor give is an efficiency of {plate.power / taken:.3g}; it must be between "
+                         f"{least:.2g} and 1: check the four, and the unit of the power (\"7.5 kW\")")
     R_s = si_value(known["R_s"], "ohm", "machine.R_s") if "R_s" in known else _stator_resistance(plate, taken)
     if R_s <= 0:
         raise InputError(f"{where}: {plate.power:g} W at the shaft are {gap:.4g} W over the air gap, more than the {taken:.4g} "
@@ -237,7 +258,7 @@ def machine_of(plate: Nameplate, known: Mapping[str, Any], where: str = "namepla
 
 
 def remarks(plate: Nameplate, known: Mapping[str, Any]) -> list[str]:
-    """What a study of this plate should say of it, in sentences: its efficiency, and how sure R_s is.
+    """What a study of this plate should say of it, in sentences: which values were taken, its efficiency, how sure R_s is.
 
     The stator's loss is what is taken less what crosses the air gap; iron, stray and friction losses are in it. So R_s is at
     most all of it, with the rounding of the plate, and at least `COPPER_SHARE` of it.
@@ -248,11 +269,16 @@ def remarks(plate: Nameplate, known: Mapping[str, Any]) -> list[str]:
     known : mapping
         The table ``[machine]``.
     """
+    line = f", {plate.current:.4g} A" if plate.current else ""
+    found = [f"taken as {plate.voltage:g} V, {plate.connection}{line}"] if plate.connection else []
     if not plate.taken:
-        return []
-    implied = plate.power / plate.taken
-    found = [f"voltage, current and power factor give {plate.taken:.0f} W, so that {plate.power:.0f} W at the shaft are an "
-             f"efficiency of {100 * implied:.1f} %"]
+        return found
+    implied, usual = plate.power / plate.taken, efficiency_at(1, plate.power)
+    found.append(f"voltage, current and power factor give {plate.taken:.0f} W, so that {plate.power:.0f} W at the shaft are an "
+                 f"efficiency of {100 * implied:.1f} %")
+    if implied < efficiency_at(UNUSUAL, plate.power):
+        found.append(f"UNUSUAL: the lowest class of standard motors, IE1, has {100 * usual:.0f} % at this power, and half the "
+                     "losses of this plate or less. Check it")
     measured = "R_s" in known or "preset" in known
     if plate.efficiency and abs(plate.efficiency / implied - 1) > _CONTRADICTION:
         current = plate.current * implied / plate.efficiency
@@ -272,6 +298,17 @@ def remarks(plate: Nameplate, known: Mapping[str, Any]) -> list[str]:
     return found
 
 
+def guess(low: float, high: float) -> str:
+    """What the source of a machine says where its R_s, between two values in ohm, is guessed; `guessed_range` reads it."""
+    return f"{GUESSED}, between {low:.3g} and {high:.3g} Ω"
+
+
+def guessed_range(source: str) -> tuple[float, float] | None:
+    """The least and the most R_s in ohm of a machine with this source; None where its R_s is no guess."""
+    found = _RANGE.search(source)
+    return (float(found[1]), float(found[2])) if found else None
+
+
 def resistance_range(plate: Nameplate) -> tuple[float, float]:
     """The least and the most R_s in ohm that a plate with current and power factor leaves; see `remarks`."""
     low = COPPER_SHARE * _stator_resistance(plate, (1 - ROUNDING) * plate.taken)
@@ -283,24 +320,28 @@ def _stator_resistance(plate: Nameplate, taken: float) -> float:
     return (taken - plate.gap) / (3 * plate.current**2)
 
 
-def _of_connection(values: Mapping[str, Any], where: str) -> dict[str, Any]:
-    """The values of one connection, where the plate has them for delta and star, ``"400/690 V"``."""
+def _of_connection(values: Mapping[str, Any], where: str) -> tuple[dict[str, Any], str]:
+    """The values of one connection, where the plate has them for delta and star, ``"400/690 V"``, and which it then is."""
     values = dict(values)
     connection = values.pop("connection", None)
     if connection is not None and connection not in CONNECTIONS:
         raise InputError(f'{where}.connection = {connection!r} must be "star" or "delta"')
-    for name, value in values.items():
-        both = _BOTH.match(value) if isinstance(value, str) and name in ("voltage", "current") else None
-        if both:
-            low, high = sorted((both[1], both[2]), key=float)
-            unit = both[3].strip()
-            # a winding takes the lower voltage in delta, and the line then carries the higher current
-            star, delta = (high, low) if name == "voltage" else (low, high)
-            if connection is None:
-                raise InputError(f'{where}.{name} = "{value}" is for two connections: write the value of yours, "{delta} '
-                                 f'{unit}" in delta or "{star} {unit}" in star, or add connection = "delta" or "star"')
-            values[name] = f"{star if connection == 'star' else delta} {unit}"
-    return values
+    both = {name: found for name in ("voltage", "current")
+            if isinstance(values.get(name), str) and (found := _BOTH.match(values[name]))}
+    if len(both) == 2:
+        voltage, current = both["voltage"], both["current"]
+        if (float(voltage[1]) - float(voltage[2])) * (float(current[1]) - float(current[2])) > 0:
+            raise InputError(f'{where}.current = "{values["current"]}" beside voltage = "{values["voltage"]}": the lower '
+                             f'voltage goes with the higher current; write "{current[2]}/{current[1]} {current[3]}"')
+    for name, found in both.items():
+        low, high = sorted((found[1], found[2]), key=float)
+        # a winding takes the lower voltage in delta, and the line then carries the higher current
+        star, delta = (high, low) if name == "voltage" else (low, high)
+        if connection is None:
+            raise InputError(f'{where}.{name} = "{values[name]}" is for two connections: write the value of yours, "{delta} '
+                             f'{found[3]}" in delta or "{star} {found[3]}" in star, or add connection = "delta" or "star"')
+        values[name] = f"{star if connection == 'star' else delta} {found[3]}"
+    return values, (connection or "") if both else ""
 
 
 def rated_flux(plate: Nameplate, machine: InductionMachine) -> tuple[float, float]:

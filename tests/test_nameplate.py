@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from imo_analysis import cli, nameplate
+from imo_analysis.efficiency import NEVER, UNUSUAL, efficiency_at
 from imo_analysis.equations.plant import plant
 from imo_analysis.errors import InputError
 from imo_analysis.machine import InductionMachine
@@ -77,6 +78,10 @@ def test_a_known_machine_comes_back(monkeypatch: pytest.MonkeyPatch) -> None:
     ({"voltage": "400 A"}, "wrong unit"),
     ({"volts": 400}, "not a known key"),
     ({"current": 0}, "above 0"),
+    ({"efficiency": "96 %"}, r"efficiency = 96 % must be below 95\.3 %, for the slip alone takes the rest, 14\.7 of 314\.2"),
+    ({"efficiency": "50 %"}, r"contradicts voltage, current .* with which 2200 W at the shaft are 79\.4 %; .* check the five"),
+    ({"efficiency": "50 %", "current": 8}, r"efficiency = 50 % must be above 56\.\d %: no motor of 2200 W loses more"),
+    ({"current": 9}, "an efficiency of 0.441; it must be between 0.57 and 1"),
     ({"starting_current": 40}, "must be below"),
 ])
 def test_a_plate_that_cannot_be_is_refused(changed: dict, said: str) -> None:
@@ -111,7 +116,31 @@ def test_two_connections_on_one_plate() -> None:
     both = PLATE | {"voltage": "230/400 V", "current": "8.66/5 A"}
     star, delta = (Nameplate.build(both | {"connection": name}) for name in ("star", "delta"))
     assert (star.voltage, star.current, delta.voltage, delta.current) == (400, 5, 230, 8.66)
+    assert remarks(star, {})[0] == "taken as 400 V, star, 5 A" and remarks(delta, {})[0] == "taken as 230 V, delta, 8.66 A"
+    only = {name: value for name, value in both.items() if name != "power_factor"} | {"connection": "star"}
+    assert remarks(Nameplate.build(only), {}) == ["taken as 400 V, star, 5 A"]
+    for voltage, current, fixed in (("230/400 V", "5/8.66 A", "8.66/5 A"), ("400/230 V", "8.66/5 A", "5/8.66 A")):
+        with pytest.raises(InputError, match=f'the lower voltage goes with the higher current; write "{fixed}"'):
+            Nameplate.build(both | {"voltage": voltage, "current": current, "connection": "star"})
     assert Nameplate.build(PLATE | {"connection": "delta"}) == Nameplate.build(PLATE)  # line values: it makes no difference
+
+
+@pytest.mark.parametrize(("power", "efficiency"), [(0.75, 72.1), (2.2, 79.7), (4, 83.1), (45, 91.7), (200, 94.0)])
+def test_the_lowest_class_of_standard_motors(power: float, efficiency: float) -> None:
+    """The nominal limits that IEC 60034-30-1 tabulates for IE1, four poles, 50 Hz."""
+    assert 100 * efficiency_at(1, 1e3 * power) == pytest.approx(efficiency, abs=0.06)
+    assert efficiency_at(NEVER, 1e3 * power) < efficiency_at(UNUSUAL, 1e3 * power) < efficiency_at(1, 1e3 * power)
+    assert efficiency_at(1, 1e8) == efficiency_at(1, 2e5)
+
+
+def test_an_efficiency_that_is_only_unusual_is_said() -> None:
+    slow = PLATE | {"current": 6.2}  # 64 %
+    assert "UNUSUAL" in remarks(Nameplate.build(slow), {})[1] and "IE1, has 80 %" in remarks(Nameplate.build(slow), {})[1]
+    assert not any("UNUSUAL" in text for text in remarks(Nameplate.build(PLATE), {}))
+    without = {name: value for name, value in PLATE.items() if name != "current"}
+    assert Nameplate.build(without | {"efficiency": "64 %"}).current == pytest.approx(6.2, abs=0.01)
+    with pytest.raises(InputError, match=r"50 % must be above 56\.\d %"):
+        Nameplate.build(without | {"efficiency": "50 %"})
 
 
 def test_an_efficiency_stands_in_for_what_is_missing() -> None:

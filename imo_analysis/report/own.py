@@ -16,13 +16,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from imo_analysis.equations.catalogue import OBSERVERS
+from imo_analysis.nameplate import guessed_range
 from imo_analysis.report.metrics import Resting
 from imo_analysis.report.page import number
 from imo_analysis.report.scenarios import Scenario, at_end, outcome
 from imo_analysis.simulation.judge import R_S_OFF, rpm, size
 from imo_analysis.study import Study
 from imo_analysis.sweeps.sensorless_map import WIDEST
-from imo_analysis.tuning.start import GUESSED
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -159,7 +159,7 @@ def advice(study: Study, found: Sequence[Standing], plane: xr.Dataset | None, re
     else:
         said = ("None of these observers works on this machine without a speed sensor. The best of them is "
                 f"`{chosen.observer}`: driven by it alone, the machine holds {where} {bounds} ({asked}).")
-    return [said, _decides(study)]
+    return [said, _decides(study, chosen.limits)]
 
 
 def overloads(study: Study, scenarios: Sequence[Scenario]) -> list[str]:
@@ -170,14 +170,18 @@ def overloads(study: Study, scenarios: Sequence[Scenario]) -> list[str]:
     return [f"In “{title}” {said}: no observer can help that." for title, said in loads.items() if said]
 
 
-def _decides(study: Study) -> str:
-    """That the stator resistance decides, and what the one of the study is worth."""
+def _decides(study: Study, limits: Sequence[Limit]) -> str:
+    """That the stator resistance decides, what the one of the study is worth, and whether the loop holds for that."""
     R_s = f"R_s = {study.machine.R_s:.4g} Ω"
-    if GUESSED in study.machine.source:
-        span = study.machine.source.partition(GUESSED)[2]
-        return (f"What decides is the stator resistance. {R_s} is only an estimate from the name plate{span}: losses in the "
-                "iron and in the bearings are counted with it. Measure it, half of what an ohmmeter shows between two "
-                "terminals, and make the study again, before relying on any line below.")
+    span = guessed_range(study.machine.source)
+    if span:
+        low, high = study.machine.R_s / span[1] - 1, study.machine.R_s / span[0] - 1 if span[0] else math.inf
+        borne = all(one.low <= low and high <= one.high for one in limits)
+        beside = "for all of which the loop above holds" if borne else "which is more than the loop above holds for"
+        return (f"What decides is the stator resistance. {R_s} is only an estimate: the name plate gives it only to between "
+                f"{span[0]:.3g} and {span[1]:.3g} Ω, for losses in the iron and in the bearings are counted with it. So it may "
+                f"be from {per_cent(low)} too low to {per_cent(min(high, WIDEST))} too high, {beside}. Measure it, half of "
+                "what an ohmmeter shows between two terminals, and make the study again, before relying on any line below.")
     return (f"What decides is the stator resistance, here {R_s}. It must be known as closely as that at any temperature: "
             f"copper that warms by {R_S_OFF / COPPER:.0f} K has {100 * R_S_OFF:g} % more.")
 

@@ -21,7 +21,7 @@ from imo_analysis.equations.steady_state import slip_of_torque
 from imo_analysis.errors import InputError
 from imo_analysis.files import read_toml
 from imo_analysis.machine import PAPER_PRESETS, PRESETS, InductionMachine, check_tables
-from imo_analysis.nameplate import Nameplate, plated, remarks, resistance_range
+from imo_analysis.nameplate import Nameplate, guess, plated, remarks, resistance_range
 from imo_analysis.simulation.judge import R_S_OFF
 from imo_analysis.study import Study, paper_text
 from imo_analysis.study_tuning import Tuning
@@ -37,7 +37,6 @@ NOISE = 0.002  # of the rated current: what a good sensor and twelve bits leave
 RECOVERY = 25.0  # rotor time constants, the paper's 2.5 s; the baseline needs up to 23 where R_r and R_s are off
 WARM = 1.3
 FLUX_AT_START = 0.8  # of the true one: nobody knows the flux of a machine that was running before
-GUESSED = "R_s too is estimated from the plate"  # in the source of a machine, which its study carries
 _SLOW = 0.1  # of rated speed
 _RANGE = (0.2, 0.5)  # of rated speed, for the wish; above that, at 10 kHz, no constant gains of the baseline are fast enough
 _ABOVE_SLIP = 3.0  # times the slip: the lowest speed of the wish, ...
@@ -215,8 +214,7 @@ def study_of(name: str, flux: float | None = None) -> str:
         raise InputError(f"--flux {flux:g} cannot be given with a [nameplate], which gives the flux; leave one of them out")
     plate, machine = plated(data, name)
     if not {"R_s", "preset"} & set(data.get("machine", {})):
-        low, high = resistance_range(plate)
-        machine = machine.model_copy(update={"source": f"{machine.source}; {GUESSED}, between {low:.2g} and {high:.2g} Ω"})
+        machine = machine.model_copy(update={"source": f"{machine.source}; {guess(*resistance_range(plate))}"})
     head, newline, rest = study_text(machine, plate=plate).partition("\n\n")
     said = [f"# {line}" for text in remarks_of(name) for line in textwrap.wrap(f"Plate: {text}.", 118)]
     return "\n".join([head, *said]) + newline + rest

@@ -10,6 +10,7 @@ import xarray as xr
 
 from imo_analysis.errors import Diverged
 from imo_analysis.ledger.book import entries
+from imo_analysis.nameplate import guess, guessed_range
 from imo_analysis.report import drive
 from imo_analysis.report.chapters.drive import drive_chapter
 from imo_analysis.report.chapters.machine import machine_chapter
@@ -181,14 +182,26 @@ def test_which_to_take_or_that_none_works(paper: Study, two_runs: list[Scenario]
 
 
 def test_what_the_stator_resistance_is_worth(paper: Study, two_runs: list[Scenario], tmp_path: Path) -> None:
-    """A plate without R_s: it is a guess, and the screen says so; with a measured one it does not."""
-    plane = plane_of({"baseline": 1.0, "repaired": 0.6}, {"baseline": WIDE, "repaired": WIDE})
-    for more, guessed in (("", True), ('R_s = "1.2 ohm"\n', False)):
-        file = tmp_path / "motor.toml"
+    """A plate without R_s: it is a guess, whose range stands beside what the loop bears; with a measured one it does not."""
+    file = tmp_path / "motor.toml"
+
+    def decides(more: str, limits: list[tuple[float, float]], **source: str) -> tuple[Study, str]:
         file.write_text(PLATE + more, encoding="utf-8")
         study = Study.from_toml(study_of(str(file)))
-        decides = advice(study, standings(study, two_runs, plane), plane, "")[1]
-        assert ("only an estimate from the name plate" in decides) == guessed and f"{study.machine.R_s:.4g} Ω" in decides
+        study = study.changed({f"machine.{name}": value for name, value in source.items()})
+        plane = plane_of({"baseline": 1.0, "repaired": 0.6}, {"baseline": limits, "repaired": limits})
+        return study, advice(study, standings(study, two_runs, plane), plane, "")[1]
+
+    study, said = decides("", WIDE)
+    low, high = guessed_range(study.machine.source)
+    assert low < study.machine.R_s < high and f"between {low:.3g} and {high:.3g} Ω" in said
+    assert f"{study.machine.R_s:.4g} Ω" in said and "which is more than the loop above holds for" in said
+    assert "to 50 % or more too high" in said, "the plate leaves half of it open"
+    close = guess(0.96 * study.machine.R_s, 1.05 * study.machine.R_s)
+    borne = decides("", WIDE, source=close)[1]
+    assert re.search(r"from 4\.\d % too low to 4\.\d % too high, for all of which the loop above holds\.", borne)
+    assert "which is more than the loop above holds for" in decides("", NARROW, source=close)[1]
+    assert "only an estimate" not in decides('R_s = "1.2 ohm"\n', WIDE)[1]
 
 
 def test_a_load_that_no_machine_carries(paper: Study, two_runs: list[Scenario]) -> None:
