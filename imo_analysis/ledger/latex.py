@@ -70,6 +70,7 @@ def _set(tree: Expr) -> tuple[str, int]:
         minus = "-" if level == 2 else ""
         return rf"{minus}\frac{{{first.removeprefix('-') if minus else first}}}{{{second}}}", 2 if minus else 4
     if tree.kind == "*":
-        gap = r" \cdot " if isinstance(tree.args[1], Number) else " "
+        words = any(part.startswith(r"\mathrm") for part in (first.rpartition(" ")[2], second))
+        gap = r" \cdot " if isinstance(tree.args[1], Number) else r" \, " if words else " "
         return f"{_bracket(first, level, 2)}{gap}{_bracket(second, other, 3)}", 2 if level == 2 else 3
     return f"{first} {tree.kind} {_bracket(second, other, 3)}", 1

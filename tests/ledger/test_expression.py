@@ -85,6 +85,11 @@ def test_printed_order_hats_tildes_dots_and_fractions_are_kept() -> None:
         r"\dot{\tilde{z}}_1 = -\frac{R_s}{\sigma} \hat{i}_{ds} - k_2 \hat{\omega} \left(i_{ds} - \hat{i}_{ds}\right)^{2}")
 
 
+def test_words_do_not_run_together() -> None:
+    assert to_latex(parse("alpha*depth*angle_cosine")) == r"\alpha \, \mathrm{depth} \, \mathrm{angle}_{cosine}"
+    assert to_latex(parse("alpha*beta*2")) == r"\alpha \beta \cdot 2"
+
+
 def test_substitution_is_simultaneous() -> None:
     assert str(substitute(parse("a + b"), {"a": Name("b"), "b": Name("a")})) == "b + a"
 
