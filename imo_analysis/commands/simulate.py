@@ -18,6 +18,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("study", nargs="?", metavar="STUDY.toml", help="study to run; the paper's where left out")
     parser.add_argument("--out", metavar="FILE", help="write the run: .nc (NetCDF), .csv or .parquet")
     parser.add_argument("--scenario", metavar="NAME", help="overlay [scenarios.NAME] of the study")
+    parser.add_argument("--feedback", metavar="NAME", help="the observer that drives, or measured, in place of drive.feedback")
     parser.add_argument("--every", type=int, metavar="N", help="record one sample in N, instead of the study's record_every")
     parser.add_argument("--plot", metavar="FILE.svg", help="draw the speeds; each window of the study goes to FILE-1.svg, ...")
 
@@ -36,8 +37,8 @@ def run(args: argparse.Namespace) -> int:
     study = Study.load(args.study) if args.study else Study.paper()
     if args.scenario:
         study = study.scenario(args.scenario)
-    if args.every is not None:
-        study = study.changed({"simulation.record_every": args.every})
+    given = {"drive.feedback": args.feedback, "simulation.record_every": args.every}
+    study = study.changed({field: value for field, value in given.items() if value is not None})
     data, fault = _simulated(study)
     _write(args, study, data, None if fault is None else str(fault))
     if fault:
