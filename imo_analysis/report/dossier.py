@@ -152,10 +152,11 @@ def _compute(
     from imo_analysis.report.chapters.verdicts import first_screen
     from imo_analysis.report.checks import beside, collect
     from imo_analysis.report.drift import varied
+    from imo_analysis.report.driven import driven_by_each, is_sensorless
     from imo_analysis.report.growth import growth
     from imo_analysis.report.identifiability import identifiability
     from imo_analysis.report.modulation import modulation
-    from imo_analysis.report.own import advice, cures, overloads, standings, verdicts
+    from imo_analysis.report.own import advice, cures, overloads, standings, to_take, verdicts
     from imo_analysis.report.page import Html, page
     from imo_analysis.report.paper_machine import is_paper
     from imo_analysis.report.pencils import pencils
@@ -173,7 +174,10 @@ def _compute(
         poles, maps = pencils(study, work, runs), atlas(study, work)
         lost = divergences(study, note)
         grown = growth(study, work)
-        scenarios = [run_scenario(study, name, work, note, runs) for name in scenario_names(study)]
+        names, papers = scenario_names(study), is_paper(study.machine)
+        sensorless = [] if papers else [name for name in names if is_sensorless(study, name)]
+        made = {name: driven_by_each(study, name, note) if name in sensorless else run_scenario(study, name, work, note, runs)
+                for name in names}
         note("gains: the study's and those of one rule")
         judged_gains = tuned(study, work)
         note("excitation: a flux modulation that makes alpha identifiable")
@@ -182,12 +186,18 @@ def _compute(
         note("waiting for the seeded faults, the proofs on Table II, and the drive as it is")
         proved = collect(worker, work / "checks.json")
     real = drive.drawn(study, work, proved["no_map"], runs)
+    best = [] if papers else standings(study, list(made.values()), real.map)
+    for name in sensorless:
+        able = [one for one in best if one.observer in {end.observer for end in made[name].driven}]
+        drawn = run_scenario(study, name, work, note, runs, to_take(able).observer)
+        made[name] = replace(drawn, driven=made[name].driven)
+    scenarios = list(made.values())
     note("writing the page")
     files = [("index.html", "this page"), ("ledger.json", "every entry of the ledger"), ("study.toml", "the study, whole"),
              *poles.files, ("checks.json", "seeded faults, and why no printed form gives Table II"), *real.files]
     files += [one for scenario in scenarios for one in scenario.files]
     found = [*poles.found, *findings(scenarios), *strays(scenarios, real.features, real.scenario)]
-    judged, papers = _judged(scenarios), is_paper(study.machine)
+    judged = _judged(scenarios)
     ledger = [ledger_chapter(entries, proved), notation_chapter()]
     machine, theorem = machine_chapter(study.machine), theorem_chapter(entries, *grown)
     frozen, runs_of = pencils_chapter(poles, proved, papers, maps), simulations_chapter(study, scenarios, lost)
@@ -200,7 +210,6 @@ def _compute(
     footer = Html("Made by <code>imo report</code>. Formulas are set in a subset of STIX Math (SIL Open Font License 1.1).")
     own, said = None, []
     if not papers:
-        best = standings(study, scenarios, real.map)
         both = [*overloads(study, scenarios), *advice(study, best, real.map, real.refused)], verdicts(study, best, real.map)
         tried = cures(study, scenarios, cured.observer, cured.design) if cured and cured.design else []
         own, said = own_machine(study, scenarios, best, both, judged, cured, tried), [*both[0], *both[1]]
@@ -281,7 +290,7 @@ def strays(scenarios: Sequence[Scenario], features: xr.Dataset | None = None, co
             other = "" if features is None or scenario.title != compared else (
                 f" (The chapter on a drive as it is looks at {features.attrs['start']:g} to {features.attrs['stop']:g} s of "
                 "this run.)")
-            found.append(f"{scenario.title}: at the end, at {speed:.3g} rad/s, the estimate of speed is off: {', '.join(off)}."
+            found.append(f"{scenario.titled}: at the end, at {speed:.3g} rad/s, the estimate of speed is off: {', '.join(off)}."
                          + other)
     return found
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -74,6 +75,8 @@ class Resting:
         Lengths of z and xi errors over the length of z (NaN where the observer has none).
     rms : float
         Root mean square of the speed error in the stretch, in rad/s.
+    wanted : float
+        The speed in rad/s that a drive closed on this estimate was asked for; NaN for an estimate that only watches.
     """
 
     observer: str
@@ -85,10 +88,20 @@ class Resting:
     z_error: float
     xi_error: float
     rms: float = 0.0
+    wanted: float = math.nan
+
+    @property
+    def error(self) -> float:
+        """Mean error of the estimate in rad/s or, if that is larger, of the speed of the machine that it drives."""
+        estimate, machine = self.omega - self.omega_hat, self.wanted - self.omega
+        return machine if abs(machine) > abs(estimate) else estimate
 
 
-def resting(run: xr.Dataset, beta: float, instant: float, stretch: float = 0.0) -> list[Resting]:
-    """Every observer of a run at the last sample at or before an instant, and ``stretch`` before it (both in s)."""
+def resting(run: xr.Dataset, beta: float, instant: float, stretch: float = 0.0, drives: bool = False) -> list[Resting]:
+    """Every observer of a run at the last sample at or before an instant, and ``stretch`` before it (both in s).
+
+    ``drives`` tells whether its estimate drives the machine.
+    """
     until = run.sel(time=slice(None, instant))
     last = float(until["time"][-1])
     at = until.sel(time=slice(last - stretch, None))
@@ -106,5 +119,6 @@ def resting(run: xr.Dataset, beta: float, instant: float, stretch: float = 0.0) 
         results.append(Resting(
             str(name), last, float(np.mean(omega)), float(np.mean(hat)), float(np.mean(one["alpha_hat"].values)),
             share(one, "phi_dr_hat", "phi_qr_hat", phi), share(one, "z_1_hat", "z_2_hat", z),
-            share(one, "xi_1_hat", "xi_2_hat", z), float(np.sqrt(np.mean((omega - hat) ** 2)))))
+            share(one, "xi_1_hat", "xi_2_hat", z), float(np.sqrt(np.mean((omega - hat) ** 2))),
+            float(np.mean(at["omega_ref"].values)) if drives else math.nan))
     return results

@@ -19,7 +19,7 @@ from imo_analysis.equations.catalogue import OBSERVERS
 from imo_analysis.nameplate import guessed_range
 from imo_analysis.report.metrics import Resting
 from imo_analysis.report.page import number
-from imo_analysis.report.scenarios import Scenario, at_end, outcome
+from imo_analysis.report.scenarios import Scenario, judged, outcome
 from imo_analysis.simulation.judge import R_S_OFF, rpm, size
 from imo_analysis.study import Study
 from imo_analysis.sweeps.sensorless_map import WIDEST
@@ -65,7 +65,7 @@ class Standing:
         Of the speed in rad/s at the first of the limits' speeds with the map's R_s; NaN without a map.
     limits : tuple of Limit
     ends : tuple of (Scenario, Resting)
-        The end of each run.
+        The end of each run, of the one that it drives itself where an estimate drives.
     """
 
     observer: str
@@ -88,13 +88,13 @@ class Standing:
 
 def standings(study: Study, scenarios: Sequence[Scenario], plane: xr.Dataset | None) -> list[Standing]:
     """What is known of every observer of the runs, best first."""
-    names = dict.fromkeys(end.observer for run in scenarios for end in at_end(run))
+    names = dict.fromkeys(end.observer for run in scenarios for end in judged(run))
     found = [_standing(study, name, scenarios, plane) for name in names]
     return sorted(found, key=lambda one: (-one.share if math.isfinite(one.share) else 1.0, len(one.off), _worst(one)))
 
 
 def _standing(study: Study, name: str, scenarios: Sequence[Scenario], plane: xr.Dataset | None) -> Standing:
-    ends = tuple((run, end) for run in scenarios for end in at_end(run) if end.observer == name)
+    ends = tuple((run, end) for run in scenarios for end in judged(run) if end.observer == name)
     kind = next((one.observers[name].kind for run in ("", *study.scenarios) for one in (study.scenario(run) if run else study,)
                  if name in one.observers), name)
     if plane is None or name not in plane["observer"].values:
@@ -140,13 +140,18 @@ def where_it_fails(plane: xr.Dataset, name: object) -> str:
             f"{(~near).sum()}.")
 
 
+def to_take(found: Sequence[Standing]) -> Standing:
+    """The first of the observers, best first, that works; if none does, the best."""
+    return next((one for one in found if one.works), found[0])
+
+
 def advice(study: Study, found: Sequence[Standing], plane: xr.Dataset | None, refused: str) -> list[str]:
     """Which observer to take, or that none works, and what decides."""
     n_p, best = study.machine.n_p, found[0]
     if plane is None or not best.limits:
         return [f"Which observer can drive this machine was not computed: {refused}. In the runs `{best.observer}` does best."]
     able = [one for one in found if one.works]
-    chosen = able[0] if able else best
+    chosen = to_take(found)
     first, *others = chosen.limits
     where = f"at {speed(first.omega, n_p)} and {plane.attrs['limit_torque']:.4g} N m"
     bounds = within(first) + "".join(f"; at {speed(one.omega, n_p)} {within(one)}" for one in others)
@@ -202,7 +207,10 @@ def verdicts(study: Study, found: Sequence[Standing], plane: xr.Dataset | None) 
         if one.off:
             run, end = max(one.off, key=lambda both: _distance(both[1]))
             line += f", worst in “{run.title}”, where it is {_end(end, n_p)}"
-            line += f" (`{run.driver}` drives)" if run.driver not in ("", one.observer) else ""
+            if run.driven:
+                line += ", driving itself"
+            elif run.driver not in ("", one.observer):
+                line += f" (`{run.driver}` drives)"
         lines.append(f"{line}.")
     return lines
 
@@ -214,7 +222,7 @@ def limits_of(one: xr.Dataset) -> tuple[Limit, ...]:
 
 
 def _distance(end: Resting) -> float:
-    error = abs(end.omega - end.omega_hat)
+    error = abs(end.error)
     return math.inf if math.isnan(error) else error
 
 
@@ -226,8 +234,8 @@ def _count(one: Standing) -> str:
 def _end(end: Resting, n_p: int) -> str:
     if outcome(end) == "is lost":
         return "lost"
-    mean = f"off by {size(end.omega - end.omega_hat, end.omega, n_p)}"
-    return mean if end.rms <= 2 * abs(end.omega - end.omega_hat) else f"{mean} in the mean, {number(end.rms)} rad/s rms"
+    mean = f"off by {size(end.error, end.omega, n_p)}"
+    return mean if end.rms <= 2 * abs(end.error) else f"{mean} in the mean, {number(end.rms)} rad/s rms"
 
 
 @dataclass(frozen=True)
@@ -240,7 +248,10 @@ class Cured:
 
 
 def cures(study: Study, scenarios: Sequence[Scenario], observer: str, modulated: object) -> list[Cured]:
-    """The runs in which the observer does not track, simulated again with a design of `imo_analysis.excitation.design`."""
+    """The runs in which the observer does not track, simulated again with a design of `imo_analysis.excitation.design`.
+
+    It drives in those that each observer drove.
+    """
     from imo_analysis.errors import Diverged
     from imo_analysis.excitation.design import Design
     from imo_analysis.excitation.design_check import modulated_study
@@ -250,16 +261,18 @@ def cures(study: Study, scenarios: Sequence[Scenario], observer: str, modulated:
     assert isinstance(modulated, Design)
     found = []
     for run in scenarios:
-        before = [one for one in at_end(run) if one.observer == observer and outcome(one) != "tracks"]
+        before = [one for one in judged(run) if one.observer == observer and outcome(one) != "tracks"]
         if not before:
             continue
         chosen = modulated_study(study.scenario(run.name) if run.name in study.scenarios else study, modulated)
+        if run.driven:
+            chosen = chosen.changed({"drive.feedback": observer})
         try:
             data = simulate(chosen)
         except Diverged as error:
             if error.data is None or error.data.sizes["time"] < 2:
                 continue
             data = error.data
-        after = resting_of(data, chosen)
+        after = resting_of(data, chosen, drives=bool(run.driven))
         found.append(Cured(run.title, before[0], next(one for one in reversed(after) if one.observer == observer)))
     return found

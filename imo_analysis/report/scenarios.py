@@ -15,7 +15,7 @@ from imo_analysis.errors import Diverged
 from imo_analysis.report import captions
 from imo_analysis.report.drift import DriftRow, drift_figure, drift_rows, explanations
 from imo_analysis.report.metrics import Resting, StepResponse, resting, step_responses
-from imo_analysis.simulation.judge import STRETCH, criterion, follows, limit
+from imo_analysis.simulation.judge import STRETCH, criterion, follows, holds, limit
 from imo_analysis.study import Study
 
 if TYPE_CHECKING:
@@ -60,7 +60,8 @@ class Scenario:
     """What the dossier keeps of a run.
 
     ``fault`` says what diverged, and when, or is empty; ``alpha`` is that of the machine in this run, in 1/s, which need not be
-    the study's; ``driver`` is the observer whose estimate drives the machine, or empty.
+    the study's; ``driver`` is the observer whose estimate drives the machine, or empty; ``driven`` is what
+    `imo_analysis.report.driven.driven_by_each` found, if it was asked.
     """
 
     name: str
@@ -76,6 +77,12 @@ class Scenario:
     files: list[tuple[str, str]] = field(default_factory=list)
     alpha: float = math.nan
     driver: str = ""
+    driven: tuple[Resting, ...] = ()
+
+    @property
+    def titled(self) -> str:
+        """The title, with the observer whose estimate drives."""
+        return self.title + (f", driven by `{self.driver}`" if self.driver else "")
 
 
 @dataclass(frozen=True)
@@ -113,10 +120,13 @@ def not_drawn(study: Study) -> list[str]:
     return [name for name in study.scenarios if name not in drawn and name not in _SPECIAL]
 
 
-def run_scenario(study: Study, name: str, folder: Path, note: Callable[[str], None], runs: bool = True) -> Scenario:
+def run_scenario(
+    study: Study, name: str, folder: Path, note: Callable[[str], None], runs: bool = True, driver: str = ""
+) -> Scenario:
     """Simulate one scenario, draw it, judge its excitation and, with ``runs``, write it, thinned, to ``folder``/runs.
 
-    An observer that diverges is shown as far as it went; the others are not touched by it.
+    An observer that diverges is shown as far as it went; the others are not touched by it. ``driver`` is the observer that
+    drives, in place of the study's.
 
     Raises
     ------
@@ -126,6 +136,9 @@ def run_scenario(study: Study, name: str, folder: Path, note: Callable[[str], No
     from imo_analysis.simulation.run import simulate
 
     chosen = study.scenario(name) if name else study
+    other = driver not in ("", chosen.drive.feedback)
+    if other:
+        chosen = chosen.changed({"drive.feedback": driver})
     label = name or "run"
     note(f"{label}: simulating {chosen.simulation.duration:g} s")
     fault = ""
@@ -167,7 +180,8 @@ def run_scenario(study: Study, name: str, folder: Path, note: Callable[[str], No
     note(f"{label}: excitation")
     fits = study.excitation.window <= end
     judged = list(_excitation(run, chosen, label, folder, adaptive[:1] or ["plant"])) if fits else []
-    command = f"imo simulate study.toml --scenario {name} --out {label}.nc" if name else "imo simulate study.toml --out run.nc"
+    command = f"imo simulate study.toml{f' --scenario {name}' if name else ''}{f' --feedback {driver}' if other else ''}"
+    command += f" --out {label}.nc"
     return Scenario(label, chosen.title, command, figures, windows, states, judged, rows, drawn, fault, files,
                     chosen.machine.alpha,
                     "" if chosen.drive.feedback == "measured" else chosen.drive.feedback)
@@ -223,26 +237,36 @@ def _share(step: int) -> str:
     return "every recorded sample" if step == 1 else f"one recorded sample in {step}"
 
 
-def resting_of(run: xr.Dataset, study: Study) -> list[Resting]:
+def resting_of(run: xr.Dataset, study: Study, drives: bool = False) -> list[Resting]:
     """The state just before every change of the reference, and at the end: the mean of `STRETCH`, or of a quarter of the time
-    since the change before where that is less."""
+    since the change before where that is less. ``drives`` as in `resting`."""
     end = float(run["time"].values[-1])
     changes = [time for time in study.reference.time if time - study.simulation.sample_time < end]
     instants = [*(time - study.simulation.sample_time for time in changes[1:]), end]
     return [one for before, instant in zip(changes, instants, strict=True)
-            for one in resting(run, study.machine.beta, instant, min(STRETCH, (instant - before) / 4))]
+            for one in resting(run, study.machine.beta, instant, min(STRETCH, (instant - before) / 4), drives)]
 
 
 def at_end(scenario: Scenario) -> list[Resting]:
-    """Where every observer stands at the end of a run."""
+    """Where every observer stands at the end of the run that is drawn."""
     end = scenario.resting[-1].time
     return [one for one in scenario.resting if one.time == end]
 
 
+def judged(scenario: Scenario) -> list[Resting]:
+    """By what every observer is judged: the end of the run, of the one that it drove itself if each had one."""
+    return list({one.observer: one for one in scenario.driven}.values()) or at_end(scenario)
+
+
 def outcome(one: Resting) -> str:
-    """Whether an estimate is the speed there, by `imo_analysis.simulation.judge`: tracks, is off, or is lost."""
+    """Whether an estimate is the speed there, by `imo_analysis.simulation.judge`: tracks, is off, or is lost.
+
+    One that drives must besides bring the machine to the wanted speed.
+    """
     if math.isnan(one.omega_hat):
         return "is lost"
+    if not math.isnan(one.wanted):
+        return "tracks" if holds(one.omega - one.omega_hat, one.rms, one.omega, one.wanted) else "is off"
     return "tracks" if follows(one.omega - one.omega_hat, one.rms, one.omega) else "is off"
 
 

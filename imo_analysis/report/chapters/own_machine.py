@@ -9,7 +9,7 @@ from imo_analysis.report.metrics import Resting
 from imo_analysis.report.modulation import Modulation
 from imo_analysis.report.own import Cured, Standing
 from imo_analysis.report.page import Html, answer, inline, join, number, table, tag
-from imo_analysis.report.scenarios import ExcitationResult, Scenario, at_end, outcome
+from imo_analysis.report.scenarios import ExcitationResult, Scenario, judged, outcome
 from imo_analysis.report.words import typeset
 from imo_analysis.simulation.judge import STRETCH, criterion, size
 from imo_analysis.study import Study
@@ -58,26 +58,40 @@ def _errors(scenarios: Sequence[Scenario], order: Sequence[str], n_p: int) -> Ht
     """The mean error at the end of each run, an observer a column."""
     rows = []
     for scenario in scenarios:
-        ends = {one.observer: one for one in at_end(scenario)}
+        ends = {one.observer: one for one in judged(scenario)}
         row: list[object] = [_title(scenario)]
         for name in order:
             one = ends.get(name)
-            watches = scenario.driver not in ("", name)
+            watches = not scenario.driven and scenario.driver not in ("", name)
             row.append("–" if one is None else _cell(one, n_p) + (" (watches)" if watches else ""))
         rows.append(row)
     return table(("run", *(f"`{name}`" for name in order)), rows,
                  "Where the estimates end: whether it tracks, and its mean error in rad/s, electrical, in % of the "
-                 f"speed, and in r/min of the shaft. It tracks where that is within {criterion()}.")
+                 f"speed, and in r/min of the shaft. It tracks where that is within {criterion()}." + _each(scenarios))
+
+
+def _each(scenarios: Sequence[Scenario]) -> str:
+    """How a run is to be read that every observer drove once, if there is one."""
+    drawn = next((one.driver for one in scenarios if one.driven), "")
+    return drawn and (" A run “driven by each” was made once with each observer as the one whose estimates drive the machine. "
+                      "It holds if its estimate tracks and the machine ends as close to the wanted speed; the error is the larger "
+                      f"of both. Drawn below is the one that `{drawn}` drives.")
 
 
 def _title(scenario: Scenario) -> Html:
     """The run, and whose estimate drives in it."""
-    return typeset(scenario.title + (f", driven by `{scenario.driver}`" if scenario.driver else ""))
+    return typeset(f"{scenario.title}, driven by each" if scenario.driven else scenario.titled)
+
+
+def _word(one: Resting) -> str:
+    """The outcome; of an estimate that drives, whether it holds."""
+    said = outcome(one)
+    return said if math.isnan(one.wanted) else {"tracks": "holds", "is off": "does not hold"}.get(said, said)
 
 
 def _cell(one: Resting, n_p: int) -> str:
-    said = outcome(one)
-    return said if said == "is lost" else f"{said.removeprefix('is ')}, {size(one.omega - one.omega_hat, one.omega, n_p)}"
+    said = _word(one)
+    return said if said == "is lost" else f"{said.removeprefix('is ')}, {size(one.error, one.omega, n_p)}"
 
 
 def _table(study: Study, scenarios: Sequence[Scenario], order: Sequence[str]) -> Html:
@@ -98,11 +112,11 @@ def _alphas(study: Study, scenarios: Sequence[Scenario]) -> str:
 
 def _rows(scenario: Scenario, order: Sequence[str]) -> list[tuple[object, ...]]:
     rows: list[tuple[object, ...]] = []
-    for last in sorted(at_end(scenario), key=lambda one: order.index(one.observer)):
-        errors = [abs(one.omega - one.omega_hat) for one in scenario.resting if one.observer == last.observer]
+    for last in sorted(judged(scenario), key=lambda one: order.index(one.observer)):
+        errors = [abs(one.error) for one in scenario.driven or scenario.resting if one.observer == last.observer]
         largest = math.nan if any(map(math.isnan, errors)) else max(errors)
-        watches = scenario.driver not in ("", last.observer)
-        rows.append((_title(scenario), tag("code", last.observer), outcome(last) + (" (watches only)" if watches else ""),
+        watches = not scenario.driven and scenario.driver not in ("", last.observer)
+        rows.append((_title(scenario), tag("code", last.observer), _word(last) + (" (watches only)" if watches else ""),
                      number(errors[-1]), number(last.rms), number(largest), number(last.alpha_hat - scenario.alpha, sign=True)))
     return rows
 
@@ -149,4 +163,4 @@ def tried_on(observer: str, tried: Sequence[Cured], n_p: int) -> str:
 
 
 def _from(end: Resting, n_p: int) -> str:
-    return "lost" if outcome(end) == "is lost" else size(end.omega - end.omega_hat, end.omega, n_p).split(" (")[0]
+    return "lost" if outcome(end) == "is lost" else size(end.error, end.omega, n_p).split(" (")[0]

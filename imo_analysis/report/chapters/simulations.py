@@ -53,7 +53,7 @@ electrical.
 
 def _scenario(scenario: Scenario, papers: bool) -> Html:
     """One run; of one's own machine the speed, and a window of it where an estimate does not track: the page stays small."""
-    parts: list[object] = [tag("h3", typeset(scenario.title[:1].upper() + scenario.title[1:]))]
+    parts: list[object] = [tag("h3", typeset(scenario.titled[:1].upper() + scenario.titled[1:]))]
     if scenario.fault:
         parts.append(answer(typeset(scenario.fault)))
     calm = all(outcome(one) == "tracks" for one in at_end(scenario))
