@@ -31,7 +31,7 @@ class Replay(Table):
     direction : str
         Where the direction of rotation comes from: the same place.
     gaps : str
-        ``stop`` where samples are missing, or ``bridge`` them by straight lines.
+        ``stop`` where samples are missing, or ``bridge``: go on behind them, see `imo_analysis.replay.kernel`.
     bandwidth : float, optional
         Of the speed loop in rad/s, from which gains follow.
     gains : dict of str to float

@@ -37,7 +37,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--voltage", choices=_VOLTAGE, metavar="HOW", help="between samples: linear (default), held, averaged")
     add("--current", choices=_CURRENT, metavar="HOW", help="between samples: linear (default) or held")
     add("--direction", choices=_DIRECTION, metavar="HOW", help="measured (default if it is), estimated, forward, reverse")
-    add("--gaps", choices=("stop", "bridge"), metavar="HOW", help="where samples are missing: stop (default) or bridge")
+    add("--gaps", choices=("stop", "bridge"), metavar="HOW", help="where samples are missing: stop (default), or bridge")
     add("--rule", action="store_true", help="choose gains by the rule, even if the machine's file has [observers.NAME.gains]")
     add("--bandwidth", type=float, metavar="RAD/S", help="the rule's, of the speed loop (default: as samples and noise allow)")
     add("--gain", action="append", default=[], metavar="NAME=X", help="a gain, in place of the study's or the rule's")
@@ -177,22 +177,23 @@ def _tell(
     machine: Any, bandwidth: float | None,
 ) -> None:
     from imo_analysis.commands.output import say
+    from imo_analysis.replay.check import LINE
     from imo_analysis.replay.gains import default_bandwidth, speed_noise
 
-    end = found.start + found.rows * found.sample_time
+    end = found.start + float(found.time_of(found.rows))
     say(args, f"{log.path}: {found.rows} samples at {1 / found.sample_time:.6g} Hz, {found.start:g} s to {end:.6g} s")
     for text in log.mapping():
         say(args, f"  {text}")
     say(args, f"  {treatment.text}")
     if found.gaps:
-        say(args, f"  {found.gaps} gap(s) bridged by straight lines")
+        say(args, f"  {_gaps(found, level)}")
     wide = default_bandwidth(machine, level, found.sample_time) if bandwidth is None else bandwidth
     if level.flux > 0 and any(runner.by_rule for runner in observers):
         noise = speed_noise(machine, level, found.sample_time, wide)
         say(args, f"  the rule's gains are for a bandwidth of {wide:.4g} rad/s and a flux of {level.flux:.3g} Wb; the "
                   f"currents' noise of {level.noise:.2g} A makes {noise:.2g} rad/s in the speed")
     turn = abs(level.stator_frequency) * found.sample_time
-    if turn > 0.3:
+    if turn > LINE:
         say(args, f"  coarse: the voltages turn by {turn:.2g} rad a sample, and straight lines between samples miss up to "
                   f"{100 * turn * turn / 8:.2g} % of them")
     if fit is not None:
@@ -200,6 +201,18 @@ def _tell(
                   f"{abs(fit.factor):.3f}")
     else:
         say(args, "  not checked against the machine" + ("" if args.trust else ": nothing turns in it"))
+
+
+def _gaps(found: Any, level: Any) -> str:
+    """What is done over the gaps."""
+    from imo_analysis.replay.check import LINE
+
+    short = found.steps[found.steps <= level.longest_line]
+    long = found.steps[found.steps > level.longest_line]
+    parts = [f"{len(short)} gap(s) of up to {short.max():.4g} s bridged by straight lines"] if len(short) else []
+    parts += [f"{len(long)} gap(s) of up to {long.max():.4g} s, in which the voltages turn by more than {LINE:g} rad, passed "
+              "over: flux and currents turn with the recorded current, speed and alpha stay"] if len(long) else []
+    return "; ".join(parts)
 
 
 def _tell_start(args: argparse.Namespace, log: Any, observers: list[Any], source: Any) -> None:
@@ -265,10 +278,14 @@ def _excitation(
     args: argparse.Namespace, place: str, machine: Any, found: Any, has_speed: bool, results: dict[str, dict[str, Any]]
 ) -> dict[str, Any]:
     """The verdict of each observer that the conditions are about, as `imo excite` gives it; or why there is none."""
+    import numpy as np
+
     from imo_analysis.excitation import signals, words
     from imo_analysis.excitation.trajectory import excitation
 
-    window = min(0.1, found.rows * found.sample_time / 5) if args.window is None else args.window
+    window = min(0.1, found.most * found.sample_time / 5) if args.window is None else args.window
+    first = np.unique(-(-found.first // args.every))  # of those that are written
+    gaps = signals.Gaps(first[first * args.every < found.rows], found.sample_time * args.every) if found.gaps else None
     verdicts: dict[str, Any] = {}
     with signals.open_file(place, machine) as source:
         known = signals.adaptive_observers(source)
@@ -277,14 +294,11 @@ def _excitation(
                 verdicts[name] = {"verdict": f"observer {name} diverged: no verdict"}
             elif has_speed and one["settled_at"] is None:
                 verdicts[name] = {"verdict": f"observer {name} never settled: no verdict (the condition holds its estimates)"}
-            elif found.gaps:
-                verdicts[name] = {"verdict": f"observer {name}: no verdict: the condition takes evenly spaced samples, and the "
-                                             f"record has {found.gaps} gap(s); cut it there"}
             elif name not in known:
                 verdicts[name] = {"verdict": f"observer {name}: no verdict; (19) is about the adaptive observers with xi_hat"}
             else:
                 try:
-                    chosen = signals.select(source, name, "true" if has_speed else "estimated")
+                    chosen = signals.select(source, name, "true" if has_speed else "estimated", gaps)
                     verdicts[name] = words.summary(excitation(chosen, window, conditions=["reduced"]))
                 except InputError as error:
                     # the estimates may be in a temporary file, of which nobody knows

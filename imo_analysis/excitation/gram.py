@@ -91,6 +91,24 @@ class SlidingSum:
         self.length, self.join = length, join
         self._waiting = np.empty((0, width))
         self._held = np.empty((0, width))
+        self._stretch = np.empty(0, dtype=np.int64)
+
+    def within(self, cells: Array, stretch: NDArray[np.int64]) -> tuple[Array, NDArray[np.intp]]:
+        """Take cells with the numbers of their stretches (``join`` must be 1); return the windows that lie in one stretch.
+
+        Returns
+        -------
+        array of shape (windows, width)
+            Oldest first.
+        array of int, shape (windows,)
+            Which of ``cells`` is the last of each.
+        """
+        held = np.concatenate([self._stretch, stretch])
+        sums = self.push(cells)
+        self._stretch = held[len(sums) :]
+        last = np.arange(len(sums)) + self.length - 1
+        inside = held[: len(sums)] == held[last]
+        return sums[inside], last[inside] - (len(held) - len(cells))
 
     def push(self, cells: Array) -> Array:
         """Take cells; return the windows that they complete, oldest first, shape (windows, width)."""

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from imo_analysis.equations.transformation import to_z
 from imo_analysis.errors import InputError
+from imo_analysis.excitation.stretches import Stretches, stretches_of
 from imo_analysis.machine import InductionMachine
 
 Array = NDArray[np.float64]
@@ -49,8 +50,10 @@ class Signals:
         ``true`` or ``estimated``: which alpha and omega stand in B*.
     samples : int
         Number of samples.
-    start, step : float
-        Time of the first sample and time step, in s.
+    stretches : Stretches
+        Where the time step is even; one without gaps.
+    step : float
+        Time step in s.
     machine : InductionMachine
         Gives beta, L_m and the true alpha.
     """
@@ -58,32 +61,39 @@ class Signals:
     observer: str
     values: str
     samples: int
-    start: float
+    stretches: Stretches
     step: float
     machine: InductionMachine
     _read: Callable[[str, slice], Array]
     _measured: tuple[str, str]
 
-    def block(self, part: slice) -> Block:
+    def block(self, part: slice, pick: NDArray[np.int64] | None = None) -> Block:
         """The signals of a slice of samples.
 
         Parameters
         ----------
         part : slice
             Of samples.
+        pick : ndarray of int, optional
+            Which of these; all where left out.
         """
+
+        def read(name: str) -> Array:
+            values = self._read(name, part)
+            return values if pick is None else values[pick]
+
         beta = self.machine.beta
-        i_ds, i_qs = (self._read(name, part) for name in self._measured)
+        i_ds, i_qs = (read(name) for name in self._measured)
         if self.observer == PLANT:
-            i_ds, i_qs, phi_dr, phi_qr = (self._read(name, part) for name in _OF_PLANT)
+            i_ds, i_qs, phi_dr, phi_qr = (read(name) for name in _OF_PLANT)
             z = to_z(i_ds, i_qs, phi_dr, phi_qr, beta)
-            return Block((i_ds, i_qs), (i_ds, i_qs), z, z, self.machine.alpha, self._read("omega", part))
-        i_ds_hat, i_qs_hat, z_1, z_2, xi_1, xi_2 = (self._read(name, part) for name in _OF_OBSERVER)
+            return Block((i_ds, i_qs), (i_ds, i_qs), z, z, self.machine.alpha, read("omega"))
+        i_ds_hat, i_qs_hat, z_1, z_2, xi_1, xi_2 = (read(name) for name in _OF_OBSERVER)
         if self.values == "true":
             alpha: Any = self.machine.alpha
-            omega = self._read("omega", part)
+            omega = read("omega")
         else:
-            alpha, omega = self._read("alpha_hat", part), self._read("omega_hat", part)
+            alpha, omega = read("alpha_hat"), read("omega_hat")
         return Block((i_ds, i_qs), (i_ds_hat, i_qs_hat), (z_1, z_2), (xi_1, xi_2), alpha, omega)
 
     def blocks(self, samples: int) -> Iterator[Block]:
@@ -96,6 +106,14 @@ class Signals:
         """
         for begin in range(0, self.samples, samples):
             yield self.block(slice(begin, min(begin + samples, self.samples)))
+
+
+@dataclass(frozen=True)
+class Gaps:
+    """Where samples are missing: the first sample of each stretch between gaps, rising from 0, and the time step in s."""
+
+    first: NDArray[np.int64]
+    step: float
 
 
 @dataclass(frozen=True)
@@ -218,7 +236,7 @@ def adaptive_observers(source: Source) -> list[str]:
             if any(all(np.isfinite(source.read(n, o, p)).all() for n in _OF_OBSERVER) for p in probes)]
 
 
-def select(source: Source, observer: str, values: str = "true") -> Signals:
+def select(source: Source, observer: str, values: str = "true", gaps: Gaps | None = None) -> Signals:
     """The signals of one observer.
 
     Parameters
@@ -229,11 +247,13 @@ def select(source: Source, observer: str, values: str = "true") -> Signals:
         Its name in the run, or ``plant`` for the motion itself.
     values : str
         Alpha and omega in B*: ``true`` or ``estimated``.
+    gaps : Gaps, optional
+        Where samples are missing; nowhere if left out.
 
     Raises
     ------
     InputError
-        If the observer or a signal is missing, or time is not evenly spaced.
+        If the observer or a signal is missing, or time is not evenly spaced between the gaps.
     """
     if values not in ("true", "estimated"):
         raise InputError(f"values = {values!r} must be 'true' or 'estimated'")
@@ -249,25 +269,31 @@ def select(source: Source, observer: str, values: str = "true") -> Signals:
     if observer != PLANT and observer not in adaptive_observers(source):
         raise InputError(f"observer {observer!r} of {source.name} has no z_hat and xi_hat (or they are NaN), so (19) says "
                          f"nothing about it; take another observer, or '{PLANT}' for the motion itself")
-    start, step = _even_steps(source)
-    return Signals(observer, "true" if observer == PLANT else values, source.size, start, step, source.machine,
+    stretches, step = _even_steps(source, gaps)
+    return Signals(observer, "true" if observer == PLANT else values, source.size, stretches, step, source.machine,
                    lambda name, part: source.read(name, observer, part), measured)
 
 
-def _even_steps(source: Source) -> tuple[float, float]:
+def _even_steps(source: Source, gaps: Gaps | None) -> tuple[Stretches, float]:
     size = source.size
     if size < 2:
         raise InputError(f"{source.name} has {size} sample(s); an integral over a window needs at least 2")
-    first, last = (float(source.read("time", "", slice(k, k + 1))[0]) for k in (0, size - 1))
-    step = (last - first) / (size - 1)
-    if not step > 0:
-        raise InputError(f"time of {source.name} goes from {first} to {last} s; it must increase, without NaN")
+    if gaps is None:
+        first, last = (float(source.read("time", "", slice(k, k + 1))[0]) for k in (0, size - 1))
+        gaps = Gaps(np.array([0]), (last - first) / (size - 1))
+        if not gaps.step > 0:
+            raise InputError(f"time of {source.name} goes from {first} to {last} s; it must increase, without NaN")
+    start, step = np.full(len(gaps.first), np.nan), gaps.step
     for begin in range(0, size, _TIME_BLOCK):
         part = slice(begin, min(begin + _TIME_BLOCK, size))
-        time = source.read("time", "", part)
-        off = ~(np.abs(time - (first + step * np.arange(part.start, part.stop))) <= 0.01 * step)
+        time, sample = source.read("time", "", part), np.arange(part.start, part.stop)
+        here = slice(*np.searchsorted(gaps.first, [part.start, part.stop]))
+        start[here] = time[gaps.first[here] - part.start]
+        stretch = np.searchsorted(gaps.first, sample, side="right") - 1
+        expected = start[stretch] + step * (sample - gaps.first[stretch])
+        off = ~(np.abs(time - expected) <= 0.01 * step)
         if off.any():
-            at = part.start + int(np.argmax(off))
-            raise InputError(f"time of {source.name} is not evenly spaced: sample {at} is at {time[at - part.start]:.9g} s, "
-                             f"a step of {step:.6g} s would give {first + step * at:.9g} s; resample the log")
-    return first, step
+            at = int(np.argmax(off))
+            raise InputError(f"time of {source.name} is not evenly spaced: sample {part.start + at} is at {time[at]:.9g} s, "
+                             f"a step of {step:.6g} s would give {expected[at]:.9g} s; resample the log")
+    return stretches_of(gaps.first, size, start), step

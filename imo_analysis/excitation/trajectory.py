@@ -21,6 +21,7 @@ from imo_analysis.errors import InputError
 from imo_analysis.excitation.conditions import BLOCK_SAMPLES, CONDITIONS, Condition, Scale, survey
 from imo_analysis.excitation.gram import SlidingSum, cell_grams, full
 from imo_analysis.excitation.signals import Signals
+from imo_analysis.excitation.stretches import Stretches
 
 Array = NDArray[np.float64]
 CELLS_PER_WINDOW = 5
@@ -45,13 +46,18 @@ class _Track:
     holding: int = 0
     undefined: int = 0
     lowest: float = math.inf
+    stretches: int = 1
     _state: bool | None = None
+    _stretch: int = -1
+
+    def __post_init__(self) -> None:
+        self.judged_in, self.holding_in = np.zeros((2, self.stretches), dtype=np.int64)
 
     def mean_grams(self, packed: Array, samples: int) -> Array:
         return full(packed, len(self.factor)) * np.outer(self.factor, self.factor) / samples
 
-    def take(self, packed: Array, end: NDArray[Any]) -> None:
-        """Take windows in order; ``end`` has their last instants in s."""
+    def take(self, packed: Array, end: NDArray[Any], stretch: NDArray[np.int64]) -> None:
+        """Take windows in order; ``end`` has their last instants in s, ``stretch`` the numbers of their stretches."""
         values, vectors = eigen(self.mean_grams(packed, self.samples))
         lowest, largest = values[:, 0], values[:, -1]
         defined: NDArray[np.bool_] = np.isfinite(lowest)
@@ -59,13 +65,18 @@ class _Track:
         self.windows += len(end)
         self.holding += int(holds.sum())
         self.undefined += int((~defined).sum())
+        self.judged_in += np.bincount(stretch[defined], minlength=self.stretches)
+        self.holding_in += np.bincount(stretch[holds], minlength=self.stretches)
         if defined.any():
             self.lowest = min(self.lowest, float(lowest[defined].min()))
-        self._mark(holds, end)
+        self._mark(holds, end, stretch)
         self._thin(values, vectors, end)
 
-    def _mark(self, holds: NDArray[np.bool_], end: Array) -> None:
-        for at in np.flatnonzero(_changes(holds, self._state)):
+    def _mark(self, holds: NDArray[np.bool_], end: Array, stretch: NDArray[np.int64]) -> None:
+        """Count the changes from a window to the next of the same stretch."""
+        same = stretch == np.concatenate([[self._stretch], stretch[:-1]])
+        self._stretch = int(stretch[-1])
+        for at in np.flatnonzero(_changes(holds, self._state) & same):
             self.transitions += 1
             if len(self.instants) < MAX_INSTANTS:
                 self.instants.append((float(end[at]), bool(holds[at])))
@@ -94,11 +105,11 @@ class _Level:
     holds: bool = True
     windows: int = 0
 
-    def take(self, cells: Array, track: _Track, cell: int) -> None:
-        """Take cells in order. A shorter window that has failed once is of no interest."""
+    def take(self, cells: Array, stretch: NDArray[np.int64], track: _Track, cell: int) -> None:
+        """Take cells in order, with their stretches. A shorter window that has failed once is of no interest."""
         if self.shorter and not self.holds:
             return
-        sums = self.sliding.push(cells)
+        sums = self.sliding.within(cells, stretch)[0] if self.shorter else self.sliding.push(cells)
         if not len(sums):
             return
         values = eigen(track.mean_grams(sums, self.cells * cell))[0]
@@ -116,7 +127,7 @@ class _Level:
 
 
 def _levels(shape: Grid, least: int, samples: int, width: int) -> list[_Level]:
-    """Lengths by doubling: from the shortest whole number of cells that can hold up to the window, and on from the window."""
+    """Lengths by doubling: from the shortest whole number of cells that can hold up to the window, and on to ``samples``."""
     found, cells = [], max(1, -(-least // shape.cell))
     while cells < shape.cells_per_window:
         found.append(_Level(SlidingSum(cells, width), cells, True))
@@ -174,9 +185,11 @@ def grid(signals: Signals, window: float, every: float | None, columns: int) -> 
     if result.window < least:
         raise InputError(f"window = {window:g} s holds {result.window} sample(s) of {signals.step:g} s, each of which shows 2 "
                          f"directions, and there are {columns}; take {least} samples, {least * signals.step:g} s, or more")
-    if result.window > signals.samples:
-        run = signals.samples * signals.step
-        raise InputError(f"window = {window:g} s must be at most the run's {run:g} s; "
+    longest = int(signals.stretches.length.max())
+    if result.window > longest:
+        stretches = len(signals.stretches)
+        most = "the run's" if stretches == 1 else f"that of the longest of {stretches} stretches between gaps,"
+        raise InputError(f"window = {window:g} s must be at most {most} {longest * signals.step:g} s; "
                          "take a shorter window (--window) or a longer run")
     return result
 
@@ -221,7 +234,9 @@ def excitation(
         Per condition C: ``C_eigenvalue`` (time, C_mode), ascending; ``C_vector`` (time, C_state, C_mode); ``C_rank``,
         ``C_condition``, ``C_holds`` (time); ``C_level`` and ``C_level_holds`` over ``C_level_window``: the smallest eigenvalue
         over all windows of that length, and whether it holds in each; ``C_instant``, ``C_appears``. ``time`` is the end of the
-        window, in s.
+        window, in s. No window spans a gap. Where there are gaps, no longer windows than ``window`` are looked at, and there
+        are ``C_judged`` and ``C_holding``, windows by ``stretch``, with ``stretch_start``, ``stretch_time`` and
+        ``stretch_judged`` (s).
 
     Raises
     ------
@@ -236,7 +251,10 @@ def excitation(
     shape = grid(signals, window, every, max(len(CONDITIONS[name].states) for name in conditions))
     seen = survey(signals)
     scale = scale or seen.scale
-    windows = (signals.samples // shape.cell) - shape.cells_per_window + 1
+    stretches = signals.stretches
+    count = stretches.cells(shape.cell, shape.cells_per_window)
+    windows = int(np.maximum(count - shape.cells_per_window + 1, 0).sum())
+    unbroken = signals.samples if len(stretches) == 1 else 0
     keep = max(1, -(-windows // max_rows))
     tracks: dict[str, tuple[SlidingSum, _Track]] = {}
     levels: dict[str, list[_Level]] = {}
@@ -245,20 +263,21 @@ def excitation(
         condition = CONDITIONS[name]
         width = len(condition.states) * (len(condition.states) + 1) // 2
         tracks[name] = (SlidingSum(shape.cells_per_window, width),
-                        _Track(condition, scale.of(condition), shape.window, keep, threshold))
-        levels[name] = _levels(shape, least_samples(len(condition.states)), signals.samples, width)
+                        _Track(condition, scale.of(condition), shape.window, keep, threshold, stretches=len(stretches)))
+        levels[name] = _levels(shape, least_samples(len(condition.states)), unbroken, width)
         totals[name] = [np.zeros(width), 0]
-    for block in signals.blocks(max(1, BLOCK_SAMPLES // shape.cell) * shape.cell):
+    for batch in stretches.batches(shape.cell, shape.cells_per_window, BLOCK_SAMPLES):
+        block = signals.block(batch.part, batch.pick)
+        end = stretches.start[batch.stretch] + signals.step * shape.cell * (batch.place + 1)
         for name, (sliding, track) in tracks.items():
             rows = track.condition.of(block, signals.machine)
             cells = cell_grams(rows, shape.cell, len(block.omega))
             _add_total(totals[name], cells)
-            sums = sliding.push(cells)
+            sums, last = sliding.within(cells, batch.stretch)
             if len(sums):
-                done = track.windows + np.arange(len(sums))
-                track.take(sums, signals.start + signals.step * shape.cell * (done + shape.cells_per_window))
+                track.take(sums, end[last], batch.stretch[last])
             for entry in levels[name]:
-                entry.take(cells, track, shape.cell)
+                entry.take(cells, batch.stretch, track, shape.cell)
     result = xr.Dataset(attrs={
         "schema": "imo-excitation/1", "observer": signals.observer, "values": signals.values,
         "window": shape.window * signals.step, "every": shape.cell * signals.step, "threshold": threshold,
@@ -272,9 +291,24 @@ def excitation(
         judged = track.windows - track.undefined
         level = {entry.cells * shape.cell * signals.step: entry.found for entry in levels[name]}
         level[shape.window * signals.step] = track.lowest, judged > 0 and track.holding == judged
-        level[signals.samples * signals.step] = float(whole[0]), bool(whole[0] > threshold * whole[-1])
+        if unbroken:
+            level[signals.samples * signals.step] = float(whole[0]), bool(whole[0] > threshold * whole[-1])
+        else:
+            found = _by_stretch(track, stretches, count * shape.cell, signals.step)
+            result = result.merge(found, compat="no_conflicts", combine_attrs="override")
         result = result.merge(_labelled(track, level), combine_attrs="override")
     return result
+
+
+def _by_stretch(track: _Track, stretches: Stretches, judged: NDArray[np.int64], step: float) -> xr.Dataset:
+    """Windows with a value and those that hold, stretch by stretch; ``judged`` samples of each are in a window."""
+    name = track.condition.name
+    return xr.Dataset(
+        {f"{name}_judged": ("stretch", track.judged_in, {"units": "1", "long_name": "windows with a value in a stretch"}),
+         f"{name}_holding": ("stretch", track.holding_in, {"units": "1", "long_name": "windows in which it holds"})},
+        {"stretch_start": ("stretch", stretches.start, {"units": "s", "long_name": "first sample of a stretch"}),
+         "stretch_time": ("stretch", stretches.length * step, {"units": "s", "long_name": "length of a stretch"}),
+         "stretch_judged": ("stretch", judged * step, {"units": "s", "long_name": "length of what is in a window"})})
 
 
 def _add_total(total: list[Any], cells: Array) -> None:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from imo_analysis.excitation.conditions import CONDITIONS
 
 Array = NDArray[np.float64]
+MOST_STRETCHES = 1000  # in plain data
 _WEIGHT = 0.02  # share of a lost direction below which a state is not named
 
 
@@ -133,9 +134,12 @@ def _listed(names: list[str]) -> str:
 def verdict(result: xr.Dataset) -> str:
     """What the conditions say along the run, in plain sentences."""
     lines = [f"{_subject(result)}, windows of {result.attrs['window']:g} s", *(f"  {text}" for text in standstill(result))]
+    if "stretch" in result.dims:
+        lines.append(f"  {stretches_text(result)}")
     for name in conditions_in(result):
         lines.append(f"  {CONDITIONS[name].title}: {_sentence(result, name)}")
-        lines += [f"    {text}" for text in (level_text(result, name), instants_text(result, name)) if text]
+        lines += [f"    {text}" for text in (excited_text(result, name), level_text(result, name), instants_text(result, name))
+                  if text]
     return "\n".join(lines)
 
 
@@ -162,7 +166,35 @@ def level_text(result: xr.Dataset, name: str) -> str:
             f"{lowest[first] * window[first]:.3g} s (scaled)")
 
 
-_SHOWN = 6  # instants that a sentence lists
+def stretches_text(result: xr.Dataset) -> str:
+    """Into how much of how many stretches the gaps leave windows."""
+    time, judged = result["stretch_time"].values, result["stretch_judged"].values
+    short = int((judged == 0).sum())
+    text = (f"{len(time)} stretches between gaps, each judged on its own: {judged.sum():.4g} of their {time.sum():.4g} s are "
+            "in windows")
+    return text + (f"; {short} stretch{'es are' if short > 1 else ' is'} too short for one" if short else "")
+
+
+def excited_text(result: xr.Dataset, name: str) -> str:
+    """Which stretches between gaps are excited throughout, in part, or nowhere; empty without gaps."""
+    if "stretch" not in result.dims:
+        return ""
+    judged, holding = result[f"{name}_judged"].values, result[f"{name}_holding"].values
+    whole = np.flatnonzero((judged > 0) & (holding == judged))
+    part, of = int(((holding > 0) & (holding < judged)).sum()), int((judged > 0).sum())
+    text = f"of {of} stretch{'es' if of != 1 else ''} with a value it holds throughout in {len(whole)}"
+    if len(whole):
+        text += f", {result['stretch_judged'].values[whole].sum():.4g} s ({_spans(result, whole)})"
+    return f"{text}, in part in {part}, nowhere in {of - len(whole) - part}"
+
+
+def _spans(result: xr.Dataset, which: NDArray[np.intp]) -> str:
+    start, time = result["stretch_start"].values, result["stretch_time"].values
+    text = ", ".join(f"{start[k]:.4g} to {start[k] + time[k]:.4g} s" for k in which[:_SHOWN])
+    return text + (f", and {len(which) - _SHOWN} more" if len(which) > _SHOWN else "")
+
+
+_SHOWN = 6  # instants, or stretches, that a sentence lists
 
 
 def instants_text(result: xr.Dataset, name: str) -> str:
@@ -200,7 +232,8 @@ def _sentence(result: xr.Dataset, name: str) -> str:
         return f"holds in every window, with level m = {holds['lowest'] * result.attrs['window']:.3g} s (scaled).{gaps}"
     text = "never holds" if share == 0 else f"holds in {_percent(share)} of the windows and so not for all t"
     if not result[f"{name}_level_holds"].values.any():
-        text += f", nor do all windows of any length up to the {float(result[f'{name}_level_window'][-1]):.4g} s of the run"
+        reach = f"{float(result[f'{name}_level_window'][-1]):.4g} s"
+        text += f", nor do all windows of any length up to {reach if 'stretch' in result.dims else f'the {reach} of the run'}"
     lost = [f"{one.text} ({_percent(one.share)} of the windows)" for one in lost_directions(result, name)[:3]]
     return f"{text}; lost: {'; '.join(lost)}.{gaps}"
 
@@ -220,6 +253,10 @@ def summary(result: xr.Dataset) -> dict[str, Any]:
                             ("observer", "values", "window", "every", "threshold", "scaling", "samples")}
     data["verdict"] = verdict(result)
     data["standstill"] = standstill(result)
+    if "stretch" in result.dims:
+        judged = result["stretch_judged"].values
+        data |= {"stretches": len(judged), "stretches_too_short": int((judged == 0).sum()),
+                 "time": float(result["stretch_time"].sum()), "time_judged": float(judged.sum())}
     data["conditions"] = {}
     for name in conditions_in(result):
         values = result[f"{name}_eigenvalue"].values
@@ -234,5 +271,17 @@ def summary(result: xr.Dataset) -> dict[str, Any]:
             "lost": [vars(one) for one in lost_directions(result, name)],
             "instants": [{"time": float(t), "appears": bool(a)} for t, a in
                          zip(result[f"{name}_instant"].values, result[f"{name}_appears"].values, strict=True)],
+            **_by_stretch(result, name),
         }
     return data
+
+
+def _by_stretch(result: xr.Dataset, name: str) -> dict[str, Any]:
+    """The first stretches that hold windows, with how many; nothing without gaps."""
+    if "stretch" not in result.dims:
+        return {}
+    first = np.flatnonzero(result["stretch_judged"].values > 0)[:MOST_STRETCHES]
+    columns = (result[key].values[first] for key in ("stretch_start", "stretch_time", f"{name}_judged", f"{name}_holding"))
+    return {"excited": excited_text(result, name),
+            "stretches": [{"start": float(start), "time": float(time), "windows": int(judged), "holding": int(holding)}
+                          for start, time, judged, holding in zip(*columns, strict=True)]}

@@ -94,6 +94,9 @@ def high_passed(increments: np.ndarray, corner: float, T: float) -> np.ndarray:
     return out
 
 
+LINE = 0.3  # rad; a straight line between two voltages that are turned by more is off by more than a hundredth
+
+
 @dataclass(frozen=True)
 class Level:
     """What a stretch of a record is like.
@@ -114,6 +117,11 @@ class Level:
     flux: float
     noise: float = 0.0
     turned: float = math.inf
+
+    @property
+    def longest_line(self) -> float:
+        """How long in s voltages can be joined by a straight line: while they turn by `LINE`."""
+        return LINE / abs(self.stator_frequency) if self.stator_frequency else math.inf
 
 
 def level(u: np.ndarray, i: np.ndarray, T: float, machine: InductionMachine) -> Level:

@@ -84,6 +84,8 @@ class Runner:
         All gains by name.
     x : ndarray
         State at the last sample that was taken.
+    longest : float
+        The longest gap in s that is integrated over along straight lines.
     lost : int
         Row of the first sample at which it had diverged, or -1.
     begun : Start
@@ -98,6 +100,7 @@ class Runner:
     gains: dict[str, float]
     initial: Mapping[str, float]
     sample_time: float
+    longest: float = math.inf
     x: np.ndarray = field(default_factory=lambda: np.empty(0))
     lost: int = -1
     begun: Start = field(default_factory=lambda: Start({}, "", guessed=False))
@@ -144,6 +147,7 @@ class Runner:
         )
         steps = steps_of(time, self.sample_time)
         substeps = self.substeps * np.ceil(steps / self.sample_time * (1 - 1e-9)).astype(np.int64)
+        substeps[(steps != self.sample_time) & (steps > self.longest)] = 0  # passed over
         direction = np.full(len(steps), -1.0 if self.treatment.direction == "reverse" else 1.0)
         if self.treatment.direction == "measured":
             assert block.omega is not None
@@ -214,8 +218,8 @@ def runners(
         start = {key: value for key, value in begin.values.items() if key in OBSERVERS[name].states}
         start |= (study_initial or {}).get(name, {})
         start |= {key: value for key, value in (initial or {}).items() if len(names) == 1 or key in OBSERVERS[name].states}
-        made.append(Runner(name, machine, treatment, {**chosen, **mine}, start, survey.sample_time, begun=begin,
-                           by_rule=by_rule))
+        made.append(Runner(name, machine, treatment, {**chosen, **mine}, start, survey.sample_time, level.longest_line,
+                           begun=begin, by_rule=by_rule))
     for given, kind in ((gains or {}, "gain"), (initial or {}, "state")):
         for key in given:
             if not any(key in (r.gains if kind == "gain" else OBSERVERS[r.name].states) for r in made):

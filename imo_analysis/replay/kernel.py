@@ -18,7 +18,12 @@ def run(x_0, u_d, u_q, i_d, i_q, steps, substeps, direction, own, late, line_u, 
     done = len(steps)
     for k in range(len(steps)):
         parts = substeps[k]
-        h = steps[k] / parts
+        if parts == 0:
+            a, b = i_d[k] * i_d[k + 1] + i_q[k] * i_q[k + 1], i_d[k] * i_q[k + 1] - i_q[k] * i_d[k + 1]
+            size = (a * a + b * b) ** 0.5
+            a, b = (a / size, b / size) if size > 0.0 else (1.0, 0.0)
+            x = ({turned})
+        h = steps[k] / max(parts, 1)
         a_d, a_q = (u_d[k + 1], u_q[k + 1]) if late else (u_d[k], u_q[k])
         b_d, b_q = line_u * (u_d[k + 1] - u_d[k]), line_u * (u_q[k + 1] - u_q[k])
         c_d, c_q = line_i * (i_d[k + 1] - i_d[k]), line_i * (i_q[k + 1] - i_q[k])
@@ -57,7 +62,9 @@ def replay_kernel(kind: str) -> Any:
     u_d, u_q, i_d, i_q : ndarray, one more entry than steps
         Samples in V and A.
     steps : ndarray
-        Time between samples in s; ``substeps`` (int) RK4 steps are taken in each.
+        Time between samples in s; ``substeps`` (int) RK4 steps are taken in each. Where that is 0 nothing is known of what was
+        between, and every vector of the state turns as far as the current that was recorded has turned; that is exact in a
+        steady state, since the equations look the same from axes that are turned. Speed and alpha stay.
     direction : ndarray
         Direction of rotation from each sample on; not used where ``own``: then it is the sign of omega_hat.
     late : bool
@@ -76,7 +83,11 @@ def source(kind: str) -> str:
     def joined(form: str) -> str:
         return ", ".join(form.format(n=n) for n in each)
 
+    turned = [f"x[{n}]" for n in each]
+    for d, q in _vectors(states):
+        turned[d], turned[q] = f"a * x[{d}] - b * x[{q}]", f"b * x[{d}] + a * x[{q}]"
     return _TEXT.format(
+        turned=", ".join(turned),
         x_0=joined("x_0[{n}]"), speed=states.index("omega_hat"),
         half_1=joined("x[{n}] + h / 2 * k_1[{n}]"), half_2=joined("x[{n}] + h / 2 * k_2[{n}]"),
         whole_3=joined("x[{n}] + h * k_3[{n}]"),
@@ -85,3 +96,17 @@ def source(kind: str) -> str:
         size="(" + " + ".join(f"abs(x[{n}])" for n in each) + ")",
         keep="\n".join(f"    x_0[{n}] = x[{n}]" for n in each),
     )
+
+
+def _vectors(states: tuple[str, ...]) -> list[tuple[int, int]]:
+    """Places of the two components of each vector, by their names."""
+    seconds = {name: _second(name) for name in states}
+    return [(states.index(name), states.index(second)) for name, second in seconds.items() if second in states]
+
+
+def _second(name: str) -> str:
+    """What the second component of a vector would be called of which this is the first."""
+    for d, q in (("_ds_", "_qs_"), ("_dr_", "_qr_"), ("_1_", "_2_")):
+        if d in name:
+            return name.replace(d, q)
+    return name.removesuffix("d") + "q"

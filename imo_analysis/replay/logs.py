@@ -9,7 +9,7 @@ import csv
 import itertools
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, replace
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -55,6 +55,11 @@ class Samples:
 
     def __len__(self) -> int:
         return len(self.time)
+
+    def part(self, which: slice | np.ndarray) -> Samples:
+        """Some of the samples; ``first`` stays that of the block."""
+        arrays = {one.name: getattr(self, one.name) for one in fields(self) if one.name != "first"}
+        return replace(self, **{name: values[which] for name, values in arrays.items() if values is not None})
 
 
 @dataclass(frozen=True)

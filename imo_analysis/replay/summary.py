@@ -75,8 +75,8 @@ class Tally:
             over a thousandth of the record (rad/s, None without a speed),
             ``current_error_share`` (RMS over RMS), and the last ``omega_hat``, ``alpha_hat``, ``flux_hat``.
         """
-        T, rows = self.survey.sample_time, self.survey.rows
-        edge = np.ceil(np.arange(self.bins + 1) * rows / self.bins) * T
+        T = self.survey.sample_time
+        edge = self.survey.time_of(np.ceil(np.arange(self.bins + 1) * self.survey.rows / self.bins).astype(np.int64))
         found = {}
         for n, runner in enumerate(self.observers):
             total, squares, peak, miss, current = self.sums[:, n]
@@ -97,7 +97,7 @@ class Tally:
                           "smoothed": float((total[counted] / self.samples[counted]).std())}
             whole = float(current[counted].sum())
             found[runner.name] = {
-                "lost_at": self.survey.start + runner.lost * T if runner.lost >= 0 else None,
+                "lost_at": self.survey.start + float(self.survey.time_of(runner.lost)) if runner.lost >= 0 else None,
                 "settled_at": float(edge[first]) if settled else None,
                 "counted_from": float(edge[begin]) if begin < self.bins else None,
                 **{f"speed_error_{key}": value for key, value in errors.items()},

@@ -90,13 +90,13 @@ bandwidth = 2000
 
 
 @pytest.mark.parametrize("kept", [True, False])
-def test_over_gaps_there_is_no_verdict_and_no_temporary_name(folder, capsys, kept):
+def test_a_verdict_over_gaps_names_no_temporary_file(folder, capsys, kept):
     rows = start_up(0.4)
     write(folder / "gap.csv", np.delete(rows, [2000, 2001], axis=0))
     words = ["replay", str(folder / "gap.csv"), "--machine", str(folder / "machine.toml"), "--gaps", "bridge"]
     assert cli.main([*words, *(["--out", str(folder / "gap.nc")] if kept else [])]) == 0
     said = capsys.readouterr().out
-    assert "no verdict: the condition takes evenly spaced samples, and the record has 1 gap(s)" in said
+    assert "2 stretches between gaps, each judged on its own" in said and "no verdict" not in said
     assert "imo_replay" not in said and "est.nc" not in said
 
 

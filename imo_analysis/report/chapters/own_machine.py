@@ -74,8 +74,8 @@ def _each(scenarios: Sequence[Scenario]) -> str:
     """How a run is to be read that every observer drove once, if there is one."""
     drawn = next((one.driver for one in scenarios if one.driven), "")
     return drawn and (" A run “driven by each” was made once with each observer as the one whose estimates drive the machine. "
-                      "It holds if its estimate tracks and the machine ends as close to the wanted speed; the error is the larger "
-                      f"of both. Drawn below is the one that `{drawn}` drives.")
+                      "It holds if its estimate tracks and the machine ends as close to the wanted speed; the error is the "
+                      f"larger of both. Drawn below is the one that `{drawn}` drives.")
 
 
 def _title(scenario: Scenario) -> Html:
