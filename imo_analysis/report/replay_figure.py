@@ -11,6 +11,7 @@ from imo_analysis.drawing import legend_above, line, new_figure, style
 
 _POINTS = 4000
 _FAR = 20.0
+_GAP = 2.5
 
 
 def thinned(path: str | Path) -> Any:
@@ -33,6 +34,14 @@ def thinned(path: str | Path) -> Any:
         return xr.Dataset(data, coords={"time": file.variables["time"][::step], "observer": names})
 
 
+def broken(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A line that is not drawn over gaps of the record: steps of time of more than `_GAP` times the usual one."""
+    steps = np.diff(time)
+    usual = np.median(steps) if len(steps) else 0.0
+    gaps = 1 + np.flatnonzero(steps > _GAP * usual)
+    return np.insert(time, gaps, np.nan), np.insert(values, gaps, np.nan)
+
+
 def replay_figure(data: Any) -> Any:
     """Electrical speeds, and below them the errors where a speed was recorded; in logarithms where one goes far away.
 
@@ -53,7 +62,8 @@ def replay_figure(data: Any) -> Any:
     time = data["time"].values
     with style():
         if measured:
-            axes[0, 0].plot(time, data["omega"].values, label="recorded", **{**line("true").kwargs(), "linewidth": 2.2})
+            recorded = {**line("true").kwargs(), "linewidth": 2.2}
+            axes[0, 0].plot(*broken(time, data["omega"].values), label="recorded", **recorded)
         largest = []
         for number, name in enumerate(data["observer"].values):
             look = line(str(name))
@@ -62,10 +72,10 @@ def replay_figure(data: Any) -> Any:
             if str(name).startswith("luenberger_"):
                 marks = {"marker": look.marker, "markevery": (7 * number, max(1, len(time) // 12)), "markersize": 3.5}
             estimate = data["omega_hat"].sel(observer=name).values
-            axes[0, 0].plot(time, estimate, label=str(name), **look.kwargs(), **marks)
+            axes[0, 0].plot(*broken(time, estimate), label=str(name), **look.kwargs(), **marks)
             if measured:
                 error = estimate - data["omega"].values
-                axes[1, 0].plot(time, error, **{**look.kwargs(), "linewidth": 0.9}, **marks)
+                axes[1, 0].plot(*broken(time, error), **{**look.kwargs(), "linewidth": 0.9}, **marks)
                 settled = np.abs(error[len(error) // 4 :])
                 if np.isfinite(settled).all():
                     largest.append(float(settled.max()))

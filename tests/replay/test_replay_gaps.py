@@ -168,6 +168,21 @@ def test_it_says_what_is_done_over_gaps(folder, gapped, capsys):
         survey(Log.open(gapped[1], 2))
 
 
+def test_no_line_is_drawn_over_a_gap(gapped):
+    """Over 0.12 s and over the two milliseconds, both of several samples; not over one missing sample."""
+    from imo_analysis.report.replay_figure import broken, replay_figure
+
+    data, _, _ = replayed(gapped[1], TABLE, ["baseline"], bridge=True)
+    for axes in replay_figure(data).axes:
+        for line in axes.get_lines():
+            time = line.get_xdata()
+            assert np.flatnonzero(np.isnan(time)).tolist() == [2000, 2038, 14978]
+            assert np.isnan(line.get_ydata()[[2000, 2038, 14978]]).all()
+            assert np.nanmax(np.diff(time)) < 3e-4
+    for size in (0, 1, 2):
+        assert [len(one) for one in broken(np.arange(size) * 1.0, np.zeros(size))] == [size, size]
+
+
 _PEAK = """
 import resource, sys
 from time import perf_counter
