@@ -324,3 +324,36 @@ def test_twice_the_same_bytes(made: Made, tmp_path: Path) -> None:
                      for place in (made.out, tmp_path / "again"))
     assert len(first) > 20 and first.keys() == second.keys()
     assert [name for name in first if first[name] != second[name]] == []
+
+
+def test_the_one_to_take_drives_what_is_drawn_of_a_sensorless_run(tmp_path: Path) -> None:
+    """Whatever the study says, and the table says of each observer what becomes of the machine that it drives."""
+    from imo_analysis.nameplate import Nameplate, machine_of
+    from imo_analysis.simulation.run import simulate
+    from imo_analysis.tuning.start import study_text
+
+    plate = Nameplate.build({"power": 7.5e3, "voltage": 400.0, "current": 15.2, "power_factor": 0.84, "frequency": 50.0,
+                             "speed": "1455 rpm"})
+    data = dict(Study.from_toml(study_text(machine_of(plate, {"J": 0.03}, "plate"), plate=plate)).data)
+    closed = {**data["scenarios"]["closed_off"], "drive": {"feedback": "quiet"}}
+    study = Study.from_data({**data, "scenarios": {"load": data["scenarios"]["load"], "closed": closed}})
+    with light():
+        written = write_dossier(study, tmp_path / "out", lambda line: None)
+    text = (tmp_path / "out" / "index.html").read_text(encoding="utf-8")
+    taken = re.match(r"Take `(\w+)`", written.own[0])[1]  # type: ignore[index]
+    part = plain(chapter(text, "simulations"))
+    assert f"R_s believed 5 % too high, driven by {taken} " in part
+    assert f"imo simulate study.toml --scenario closed --feedback {taken} --out closed.nc" in part
+    drawn = xr.load_dataset(tmp_path / "out" / "runs" / "closed.nc", engine="h5netcdf")
+    order = re.findall(r"^`(\w+)` \(", "\n".join(written.own), re.MULTILINE)
+    row = re.search(r"driven by each</td>(.*?)</tr>", chapter(text, "top"))[1]  # type: ignore[index]
+    cells = re.findall(r"<td>(.*?)</td>", row)
+    held = {}
+    for name, cell in zip(order, cells, strict=True):
+        run = simulate(study.scenario("closed").changed({"drive.feedback": name}))
+        end = run.isel(time=slice(-500, None))
+        wanted = study.scenario("closed").reference.omega[-1]
+        held[name] = abs(float(end["omega"].mean()) - wanted) <= 0.02 * wanted
+        assert cell.startswith("holds" if held[name] else "does not hold"), (name, cell)
+        assert np.allclose(run["omega"][-1], drawn["omega"][-1], rtol=1e-9) == (name == taken)
+    assert held[taken] and not held["quiet"]
