@@ -38,6 +38,25 @@ def square_integral_of_step(step, bandwidth, limit):
     return limit * (step - limit / bandwidth) + limit * limit / (2 * bandwidth)
 
 
+def forgetting_ratio(n, strength, decay, memory):
+    """Ratio of the n-th term to the one before in the series of what a build-up of the flux leaves of an error of alpha_hat.
+
+    At standstill, for psi' = w psi exp(-w t), with ``strength`` = g (beta psi/alpha)^2, ``decay`` = (k_1 + R_s/sigma) / w and
+    ``memory`` = alpha k_3 / w^2. `adjoint_term` is what the series solves.
+    """
+    odd = 2 * n - 1
+    return -strength * odd / (2 * n * (odd * odd + decay * odd + memory))
+
+
+def adjoint_term(n, term, w, v_0):
+    """``(p_i, p_w, p_a)``: how much of errors of i, of w = alpha xi and of alpha along the flux the n-th term counts at time 0.
+
+    p_i i_tilde + p_w w + p_a alpha_tilde is constant along the errors, and at the end it is alpha_tilde. In time p_i and p_w go
+    as exp(w t) x^n and p_a as x^n, with x = exp(-2 w t); ``v_0`` is -v_1 along the flux at time 0, beta psi w/alpha.
+    """
+    return -2 * n * w * term / v_0, -2 * n * term / ((2 * n - 1) * v_0), term
+
+
 def rest(alpha_hat, z_tilde, omega, slip, alpha):
     """``(omega_hat, xi_tilde)`` of the rest state with this alpha_hat and z_tilde, at constant flux, speed and slip.
 

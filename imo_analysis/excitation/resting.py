@@ -1,36 +1,34 @@
 """Why alpha_hat stops where it does: predicted from the study before any simulation, and followed along a run.
 
-While the flux builds up, its magnitude moves and alpha is identifiable: alpha_hat comes near the truth. From then on the flux
-is constant, v_1 = (slip/alpha) v_2, and alpha_hat moves only as d alpha_hat = (g/K_p) (slip/alpha) d omega_hat (claim
-``resting.drift``). Slip is torque, so without load every change of speed, up or down, raises alpha_hat by
+While the flux builds up, its magnitude moves and alpha is identifiable: alpha_hat comes near the truth, and where it lands is
+predicted by `imo_analysis.excitation.landing`. From then on the flux is constant, v_1 = (slip/alpha) v_2, and alpha_hat moves
+only as d alpha_hat = (g/K_p) (slip/alpha) d omega_hat (claim ``resting.drift``). Slip is torque, so without load every change
+of speed, up or down, raises alpha_hat by
 
     (g / K_p) (L_m / (mu psi^2)) int omega' omega_hat' dt,
 
 with omega_hat' = omega' but for the time by which the estimate follows (`imo_analysis.excitation.following`).
-
-At constant slip the repaired observer conserves `equations.drift.balance` and q = k_3 z_tilde - j kappa s xi_tilde; with the
-family of rest states (three numbers) they fix where a disturbance ends.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
 
-from imo_analysis.equations import drift, lyapunov
+from imo_analysis.equations import drift
+from imo_analysis.equations.transformation import to_z
 from imo_analysis.errors import InputError
 from imo_analysis.excitation.following import seen_share
+from imo_analysis.excitation.landing import landing
 from imo_analysis.machine import InductionMachine
 
 if TYPE_CHECKING:
     from imo_analysis.study import Study
-
-Pair = tuple[float, float]
 
 
 def steady_slip(run: xr.Dataset, machine: InductionMachine) -> xr.DataArray:
@@ -93,7 +91,7 @@ def predict_steps(study: Study, observer: str, alpha_hat: float | None = None) -
     """alpha_hat after every speed step of a study, before simulating it.
 
     The speed loop answers with its bandwidth, up to the acceleration that the current limit leaves; the flux is at its
-    reference. The first reference (the start) is taken to identify alpha, for there the flux builds up.
+    reference. Before the first step alpha_hat is where the start leaves it (`landing.landing`).
 
     Parameters
     ----------
@@ -102,14 +100,15 @@ def predict_steps(study: Study, observer: str, alpha_hat: float | None = None) -
     observer : str
         Name of an adaptive observer in the study.
     alpha_hat : float, optional
-        Value after the start, in 1/s; the true alpha if not given.
+        Value before the first step, in 1/s; where the start lands if not given.
 
     Raises
     ------
     InputError
-        If the reference is not of steps, the load is not constant, the flux is modulated, or the observer has no g and K_p.
+        If the reference is not of steps, the load is not constant, the flux is modulated, the observer has no g and K_p, or it
+        lands nowhere.
     """
-    machine, drive = study.machine, study.drive
+    drive = study.drive
     if study.reference.shape != "steps" or len(set(study.load_torque.T_l)) > 1:
         raise InputError('the drift is predicted for speed steps at constant load; set reference.shape = "steps" and one T_l')
     if drive.flux_modulation:
@@ -117,7 +116,7 @@ def predict_steps(study: Study, observer: str, alpha_hat: float | None = None) -
     gains = study.observers[observer].gains if observer in study.observers else {}
     if not {"g", "K_p"} <= set(gains):
         raise InputError(f"{observer!r} is not an adaptive observer of the study; it has no gains g and K_p")
-    current = machine.alpha if alpha_hat is None else alpha_hat
+    current = landing(study, observer).alpha_hat if alpha_hat is None else alpha_hat
     found = []
     speeds = study.reference.omega
     for time, before, after in zip(study.reference.time[1:], speeds[:-1], speeds[1:], strict=True):
@@ -183,89 +182,36 @@ def explain(run: xr.Dataset, study: Study, observer: str, start: float) -> xr.Da
     Returns
     -------
     xarray.Dataset
-        ``alpha_hat``, ``alpha`` and ``flux_error`` (Wb) over ``time``; ``predicted`` over ``late``; ``step_alpha_hat`` over
-        ``step_time``: `predict_steps` from the true alpha, which needs no run.
+        ``alpha_hat`` and the errors ``flux_error`` (Wb) and ``xi_error`` (A) over ``time``; ``predicted`` over ``late``;
+        ``step_alpha_hat`` over ``step_time``: the landing, then `predict_steps`, which need no run. Attributes: ``alpha`` and
+        what the landing is made of, ``from_error``, ``from_motion`` (1/s), and the predicted ``landing_xi_error`` (A).
     """
     one = run.sel(observer=observer)
     gains = study.observers[observer].gains
     moved = drift_along(run, study.machine, gains["g"], gains["K_p"], start)
     first = float(one["alpha_hat"].sel(time=start, method="nearest"))
     flux_error = np.hypot((one["phi_dr_hat"] - run["phi_dr"]).values, (one["phi_qr_hat"] - run["phi_qr"]).values)
-    steps = predict_steps(study, observer)
+    z = to_z(run["i_ds"], run["i_qs"], run["phi_dr"], run["phi_qr"], study.machine.beta)
+    xi_error = np.hypot((z[0] - one["xi_1_hat"]).values, (z[1] - one["xi_2_hat"]).values)
+    landed = landing(study, observer)
+    steps = predict_steps(study, observer, landed.alpha_hat)
+    marks = [(landed.time, landed.alpha_hat), *((step.time, step.alpha_hat) for step in steps)]
     data = xr.Dataset(
         {
             "alpha_hat": ("time", one["alpha_hat"].values), "flux_error": ("time", flux_error),
-            "predicted": ("late", first + moved.values), "step_alpha_hat": ("step_time", [s.alpha_hat for s in steps]),
+            "xi_error": ("time", xi_error), "predicted": ("late", first + moved.values),
+            "step_alpha_hat": ("step_time", [value for _, value in marks]),
         },
-        coords={"time": run["time"].values, "late": moved["time"].values, "step_time": [s.time for s in steps]},
-        attrs={"observer": observer, "alpha": study.machine.alpha, "start": start},
+        coords={"time": run["time"].values, "late": moved["time"].values, "step_time": [time for time, _ in marks]},
+        attrs={"observer": observer, "alpha": study.machine.alpha, "start": start, "from_error": landed.from_error,
+               "from_motion": landed.from_motion, "landing_xi_error": math.hypot(*landed.rest.xi_tilde)},
     )
     for name, unit, meaning in (
         ("alpha_hat", "1/s", "estimate of alpha"), ("flux_error", "Wb", "magnitude of the error of the reconstructed flux"),
+        ("xi_error", "A", "magnitude of the error of xi_hat"),
         ("predicted", "1/s", "alpha_hat at the start of the prediction plus (g/K_p) int (slip/alpha) d omega"),
-        ("step_alpha_hat", "1/s", "alpha_hat after each step, predicted from the study alone"),
-        ("time", "s", "time"), ("late", "s", "time"), ("step_time", "s", "time of the step"),
+        ("step_alpha_hat", "1/s", "alpha_hat after the start and after each step, predicted from the study alone"),
+        ("time", "s", "time"), ("late", "s", "time"), ("step_time", "s", "time of the landing and of each step"),
     ):
         data[name].attrs.update(units=unit, long_name=meaning)
     return data
-
-
-@dataclass(frozen=True)
-class Rest:
-    """A rest state: estimates in 1/s and rad/s, errors of the two copies of z in A."""
-
-    alpha_hat: float
-    omega_hat: float
-    xi_tilde: Pair
-    z_tilde: Pair
-
-
-def conserved(alpha_hat: float, omega_hat: float, xi_tilde: Pair, z_tilde: Pair, slip: float, alpha: float,
-              gains: Sequence[float]) -> tuple[float, float, float]:
-    """``(balance, q_1, q_2)`` of the repaired observer; ``gains`` is ``(g, K_p, k_3, kappa s)``."""
-    k_3, kappa_s = gains[2], gains[3]
-    q = lyapunov.conserved(*z_tilde, *xi_tilde, kappa_s, k_3, 1)
-    return float(drift.balance(alpha_hat, omega_hat, xi_tilde, z_tilde, slip, alpha, gains)), float(q[0]), float(q[1])
-
-
-def predict_rest(alpha_hat: float, omega_hat: float, xi_tilde: Pair, z_tilde: Pair, *, omega: float, slip: float, alpha: float,
-                 gains: Sequence[float]) -> Rest:
-    """Where the repaired observer comes to rest at constant flux, speed and slip, from what it conserves.
-
-    Parameters
-    ----------
-    alpha_hat, omega_hat : float
-        At the start, in 1/s and rad/s; the current error is small against what it will become, or zero.
-    xi_tilde, z_tilde : pair of float
-        Errors at the start, in A.
-    omega, slip, alpha : float
-        True speed, slip and alpha.
-    gains : sequence
-        ``(g, K_p, k_3, kappa s)``, kappa not zero.
-
-    Raises
-    ------
-    InputError
-        If no rest state with alpha_hat > 0 has these conserved values.
-    """
-    from scipy.optimize import brentq
-
-    target, q_1, q_2 = conserved(alpha_hat, omega_hat, xi_tilde, z_tilde, slip, alpha, gains)
-    k_3, kappa_s = gains[2], gains[3]
-
-    def state(value: float) -> Rest:
-        speed = omega + slip / alpha * (alpha - value)
-        factor = k_3 + kappa_s * speed / value  # q = factor z_tilde on the family
-        z = (q_1 / factor, q_2 / factor)
-        speed, xi = drift.rest(value, z, omega, slip, alpha)
-        return Rest(value, speed, xi, z)
-
-    def miss(value: float) -> float:
-        rest = state(value)
-        return conserved(value, rest.omega_hat, rest.xi_tilde, rest.z_tilde, slip, alpha, gains)[0] - target
-
-    for width in (1.05, 1.3, 2.0, 5.0, 20.0):
-        low, high = alpha_hat / width, alpha_hat * width
-        if miss(low) * miss(high) <= 0:
-            return state(float(brentq(miss, low, high, xtol=1e-13, rtol=1e-14)))
-    raise InputError("no rest state with alpha_hat > 0 has these conserved values")

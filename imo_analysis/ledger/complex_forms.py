@@ -321,6 +321,18 @@ def _step(step: Any, bandwidth: Any, limit: Any) -> Any:
     return ramp + limit**2 / bandwidth * trapezes
 
 
+def _forgetting(n: Any, strength: Any, decay: Any, memory: Any) -> Any:
+    """A term of 1F2(1/2; 1/2 + r_1, 1/2 + r_2; -strength/4) over the one before, r_1 + r_2 = decay/2 and r_1 r_2 = memory/4."""
+    half = n - Fraction(1, 2)
+    return half / (half * half + half * decay / 2 + memory / 4) / n * -(strength / 4)
+
+
+def _adjoint(n: Any, term: Any, w: Any, v_0: Any) -> Any:
+    """From p_a backwards: p_i = p_a'/v_0 and p_w = p_i/(rate of p_w), rates of exp(w t) x^n being (2 n - 1) w downwards."""
+    rate = -2 * n * w
+    return rate / v_0 * term, rate / v_0 * term / (-rate - w), term
+
+
 def _rest(alpha_hat: Any, z: Any, omega: Any, slip: Any, alpha: Any) -> Any:
     omega_hat = omega + slip * (1 - alpha_hat / alpha)
     return omega_hat, J * omega_hat * Gauss(*z) / alpha_hat
@@ -389,6 +401,8 @@ FORMS: tuple[Form, ...] = (
          lambda square, load, psi, L_m, mu, g, K_p: g * L_m * (square + load) / (K_p * mu * psi**2)),
     Form("drift", "square_integral_of_step", (0, 0, 0), _step),
     Form("drift", "rest", (0, 2, 0, 0, 0), _rest),
+    Form("drift", "forgetting_ratio", (0,) * 4, _forgetting),
+    Form("drift", "adjoint_term", (0,) * 4, _adjoint),
     Form("steady_state", "current_of_flux", (0,) * 5,
          lambda psi, rate, slip, alpha, L_m: (Gauss(rate, slip * psi) / alpha + psi) / L_m),
     Form("steady_state", "regressors_of_flux", (0,) * 5,

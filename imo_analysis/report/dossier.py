@@ -151,7 +151,7 @@ def _compute(
     from imo_analysis.report.chapters.tuned import tuned_chapter
     from imo_analysis.report.chapters.verdicts import first_screen
     from imo_analysis.report.checks import beside, collect
-    from imo_analysis.report.drift import varied
+    from imo_analysis.report.drift import varied, varied_landings
     from imo_analysis.report.driven import driven_by_each, is_sensorless
     from imo_analysis.report.growth import growth
     from imo_analysis.report.identifiability import identifiability
@@ -182,7 +182,7 @@ def _compute(
         judged_gains = tuned(study, work)
         note("excitation: a flux modulation that makes alpha identifiable")
         cured = modulation(study, work)
-        moved = varied(study)
+        moved, landed = varied(study), varied_landings(study)
         note("waiting for the seeded faults, the proofs on Table II, and the drive as it is")
         proved = collect(worker, work / "checks.json")
     real = drive.drawn(study, work, proved["no_map"], runs)
@@ -202,7 +202,7 @@ def _compute(
     machine, theorem = machine_chapter(study.machine), theorem_chapter(entries, *grown)
     frozen, runs_of = pencils_chapter(poles, proved, papers, maps), simulations_chapter(study, scenarios, lost)
     gains = tuned_chapter(judged_gains, searched.drawn(study, proved["searched"], work))
-    excited = excitation_chapter(judged, scenarios, possible, cured, moved, papers)
+    excited = excitation_chapter(judged, scenarios, possible, cured, moved, landed, papers)
     last = reproduce_chapter(study, files)
     chapters = ([*ledger, machine, theorem, frozen, runs_of, drive_chapter(real), gains, excited, last] if papers else
                 [runs_of, drive_chapter(real), gains, excited, frozen, machine, *ledger, theorem, last])
@@ -261,11 +261,12 @@ def _predicted(main: Scenario, scenarios: Sequence[Scenario]) -> str:
     steps = sum(row.step_from_study for row in own) - sum(row.step for row in own)
     rows = [(scenario, row) for scenario in scenarios for row in scenario.drift]
     scenario, worst = max(rows, key=lambda one: abs(one[1].from_study - one[1].end))
-    return (f" Predicted from the study, before simulating: {own[-1].from_study:.4g} /s (`{name}`), taking the start to end at "
-            f"the true value. In the run the start ends {own[0].start - main.alpha:+.2g} /s from it, and the speed's steps add "
-            f"{-steps:+.2g} /s to what is predicted of them. Over all {len(rows)} steps that can be predicted, their "
-            f"predicted end is off by {number(abs(worst.from_study - worst.end), 2)} /s at most ({scenario.title}: "
-            f"{worst.from_study:.4g} for {worst.end:.4g} /s, `{worst.observer}`).")
+    landed = own[0].from_study - own[0].step_from_study
+    return (f" Predicted from the study, before simulating: {own[-1].from_study:.4g} /s (`{name}`). The start is predicted to "
+            f"end {landed - main.alpha:+.2g} /s from the true value and ends {own[0].start - main.alpha:+.2g} /s from it; the "
+            f"speed's steps add {-steps:+.2g} /s to what is predicted of them. Over all {len(rows)} steps that can be "
+            f"predicted, their predicted end is off by {number(abs(worst.from_study - worst.end), 2)} /s at most "
+            f"({scenario.title}: {worst.from_study:.4g} for {worst.end:.4g} /s, `{worst.observer}`).")
 
 
 def _rms(one: Resting) -> str:

@@ -7,6 +7,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from imo_analysis.drawing import LIMIT, TRUTH, in_style, legend_above, line, new_figure
+from imo_analysis.equations.catalogue import OBSERVERS
 from imo_analysis.errors import InputError
 from imo_analysis.study import Study
 
@@ -32,8 +33,8 @@ class DriftRow:
         What the step adds: predicted from the study alone, before any simulation; predicted from the motion of the machine,
         without looking at the observer; and in the run.
     from_study, end : float
-        After the step: predicted from the study alone, with the truth taken for the value after the start; and in the run, just
-        before the next change or at its end.
+        After the step: predicted from the study alone, the start included; and in the run, just before the next change or at
+        its end.
     flux_error : float
         Of the reconstructed flux then, over the flux.
     """
@@ -51,6 +52,38 @@ class DriftRow:
     flux_error: float
 
 
+@dataclass(frozen=True)
+class LandingRow:
+    """Where the start leaves alpha_hat, in 1/s.
+
+    Attributes
+    ----------
+    observer : str
+    initial : float
+        At time 0.
+    from_error, from_motion : float
+        Predicted from the study alone: what is left of the initial error, and what the acceleration adds.
+    predicted, simulated : float
+        From the study alone, and in the run just before the first step.
+    predicted_xi, simulated_xi : float
+        Magnitude of the error of xi_hat there, in A.
+    share, share_of_exact : float
+        Of a small initial error, that a build-up at standstill leaves (`imo_analysis.excitation.landing.share_left`), and that
+        it would leave were xi_hat exact.
+    """
+
+    observer: str
+    initial: float
+    from_error: float
+    from_motion: float
+    predicted: float
+    simulated: float
+    predicted_xi: float
+    simulated_xi: float
+    share: float
+    share_of_exact: float
+
+
 def explanations(run: xr.Dataset, study: Study, observers: list[str]) -> dict[str, xr.Dataset]:
     """`imo_analysis.excitation.resting.explain` for each adaptive observer; empty where the study is of another kind."""
     from imo_analysis.excitation.resting import explain
@@ -62,8 +95,8 @@ def explanations(run: xr.Dataset, study: Study, observers: list[str]) -> dict[st
     for name in observers:
         try:
             found[name] = explain(run, study, name, start)
-        except InputError:  # ramps, a load that changes, or a modulated flux: there is no closed form to show
-            return {}
+        except InputError:  # ramps, a load that changes, a modulated flux, or errors that grow: there is nothing to predict
+            continue
     return found
 
 
@@ -80,7 +113,7 @@ def drift_rows(explained: dict[str, xr.Dataset], study: Study) -> list[DriftRow]
             ends = (time - study.simulation.sample_time, last - study.simulation.sample_time)
             moved, seen = ([float(data[one].sel({axis: at}, method="nearest")) for at in ends]
                            for one, axis in (("predicted", "late"), ("alpha_hat", "time")))
-            steps = [study.machine.alpha, *data["step_alpha_hat"].values]
+            steps = data["step_alpha_hat"].values
             off = float(data["flux_error"].sel(time=ends[1], method="nearest")) / study.drive.flux
             own = float(steps[number] - steps[number - 1])
             rows.append(DriftRow(name, time, speeds[number - 1], speeds[number], seen[0], own, moved[1] - moved[0],
@@ -88,9 +121,26 @@ def drift_rows(explained: dict[str, xr.Dataset], study: Study) -> list[DriftRow]
     return rows
 
 
+def landing_rows(explained: dict[str, xr.Dataset], study: Study) -> list[LandingRow]:
+    """One row an observer."""
+    from imo_analysis.excitation.landing import share_left
+
+    rows = []
+    for name, data in explained.items():
+        before = data.sel(time=study.reference.time[1] - study.simulation.sample_time, method="nearest")
+        settings = study.observers[name]
+        initial = dict(zip(OBSERVERS[settings.kind].states, settings.initial_values, strict=True))["alpha_hat"]
+        shares = (share_left(study.machine, {**settings.gains, "k_3": k_3}, study.drive.flux, study.drive.flux_bandwidth)
+                  for k_3 in (settings.gains["k_3"], 0.0))
+        rows.append(LandingRow(
+            name, initial, data.attrs["from_error"], data.attrs["from_motion"], float(data["step_alpha_hat"][0]),
+            float(before["alpha_hat"]), data.attrs["landing_xi_error"], float(before["xi_error"]), *shares))
+    return rows
+
+
 @in_style
 def drift_figure(explained: dict[str, xr.Dataset]) -> Figure:
-    """alpha_hat of each observer, what the motion predicts for it, and what the study alone predicts after each step."""
+    """alpha_hat of each observer, what the motion predicts for it, and what the study alone, after the start and each step."""
     figure, all_axes = new_figure(len(explained), 1, height=0.6 + 2.3 * len(explained), sharex=True, squeeze=False)
     for axes, (name, data) in zip(all_axes[:, 0], explained.items(), strict=True):
         step = max(1, data.sizes["time"] // 1400)
@@ -122,3 +172,19 @@ def varied(study: Study) -> list[Variation]:
         return variations(study, names[0], *steps[-1])
     except (InputError, Diverged):
         return []
+
+
+def varied_landings(study: Study) -> dict[str, list[Variation]]:
+    """`imo_analysis.excitation.variations.landings` of the paper's observer and the repaired one, where they land."""
+    from imo_analysis.errors import Diverged
+    from imo_analysis.excitation.variations import landings
+
+    found = {}
+    for name, settings in study.observers.items():
+        if settings.kind not in ("consistent_12", "repaired"):
+            continue
+        try:
+            found[name] = landings(study, name)
+        except (InputError, Diverged):
+            continue
+    return found

@@ -13,7 +13,7 @@ import numpy as np
 from imo_analysis.equations.catalogue import OBSERVERS
 from imo_analysis.errors import Diverged
 from imo_analysis.report import captions
-from imo_analysis.report.drift import DriftRow, drift_figure, drift_rows, explanations
+from imo_analysis.report.drift import DriftRow, LandingRow, drift_figure, drift_rows, explanations, landing_rows
 from imo_analysis.report.metrics import Resting, StepResponse, resting, step_responses
 from imo_analysis.simulation.judge import STRETCH, criterion, follows, holds, limit
 from imo_analysis.study import Study
@@ -77,6 +77,7 @@ class Scenario:
     files: list[tuple[str, str]] = field(default_factory=list)
     alpha: float = math.nan
     driver: str = ""
+    landings: list[LandingRow] = field(default_factory=list)
     driven: tuple[Resting, ...] = ()
 
     @property
@@ -184,7 +185,7 @@ def run_scenario(
     command += f" --out {label}.nc"
     return Scenario(label, chosen.title, command, figures, windows, states, judged, rows, drawn, fault, files,
                     chosen.machine.alpha,
-                    "" if chosen.drive.feedback == "measured" else chosen.drive.feedback)
+                    "" if chosen.drive.feedback == "measured" else chosen.drive.feedback, landing_rows(explained, chosen))
 
 
 def _gone(run: xr.Dataset) -> list[str]:

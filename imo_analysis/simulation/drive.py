@@ -31,6 +31,32 @@ def flux_rates(phi, i, omega, p):
     return plant((i[0], i[1], phi[0], phi[1], omega), (0.0, 0.0), 0.0, 0.0, p)[2:4]
 
 
+def orientation(phi, flux_floor):
+    """``(c, s, magnitude, inverse)`` of a flux; below ``flux_floor`` the frame turns smoothly to the stationary one."""
+    magnitude = sqrt(phi[0] * phi[0] + phi[1] * phi[1])
+    inverse = 1.0 / max(magnitude, flux_floor)
+    return phi[0] * inverse + (1.0 - magnitude * inverse), phi[1] * inverse, magnitude, inverse
+
+
+def current_references(integral_speed, omega, magnitude, inverse, omega_ref, flux_ref, p, d):
+    """The flux loop and the speed loop: ``(i_d_ref, i_q_ref, excess)``.
+
+    ``excess`` is the acceleration that the current limit leaves of the one asked for, less that one, in rad/s^2; ``magnitude``
+    and ``inverse`` are those of `orientation`.
+    """
+    _, L_m, _, _, alpha, mu, _, _ = p
+    _, _, w_flux, w_speed, _, i_max, _ = d
+    # flux loop: with this i_d the flux follows flux_ref with the bandwidth w_flux
+    wanted = (flux_ref + (w_flux / alpha - 1.0) * (flux_ref - magnitude)) / L_m
+    i_d_ref = min(max(wanted, -i_max), i_max)
+    # speed loop: an acceleration by PI with active damping, as q current within what i_d leaves of the limit
+    acceleration = w_speed * omega_ref - 2.0 * w_speed * omega + integral_speed
+    amperes = inverse / mu
+    room = sqrt(i_max * i_max - i_d_ref * i_d_ref)
+    i_q_ref = min(max(acceleration * amperes, -room), room)
+    return i_d_ref, i_q_ref, i_q_ref / amperes - acceleration
+
+
 def control(state, i, omega, phi, omega_ref, flux_ref, p, d):
     """One sample of the control.
 
@@ -50,25 +76,13 @@ def control(state, i, omega, phi, omega_ref, flux_ref, p, d):
     tuple
         ``((u_ds, u_qs), state)``: the voltage to hold, stationary frame, and the next state.
     """
-    R_s, L_m, sigma, beta, alpha, mu, _, _ = p
-    T, w_current, w_flux, w_speed, u_max, i_max, flux_floor = d
-    # orientation; below flux_floor the frame turns smoothly to the stationary one
-    magnitude = sqrt(phi[0] * phi[0] + phi[1] * phi[1])
-    inverse = 1.0 / max(magnitude, flux_floor)
-    c = phi[0] * inverse + (1.0 - magnitude * inverse)
-    s = phi[1] * inverse
+    R_s, L_m, sigma, beta, alpha, _, _, _ = p
+    T, w_current, _, w_speed, u_max, _, flux_floor = d
+    c, s, magnitude, inverse = orientation(phi, flux_floor)
     i_d = c * i[0] + s * i[1]
     i_q = c * i[1] - s * i[0]
-    # flux loop: with this i_d the flux follows flux_ref with the bandwidth w_flux
-    wanted = (flux_ref + (w_flux / alpha - 1.0) * (flux_ref - magnitude)) / L_m
-    i_d_ref = min(max(wanted, -i_max), i_max)
-    # speed loop: an acceleration by PI with active damping, as q current within what i_d leaves of the limit
-    acceleration = w_speed * omega_ref - 2.0 * w_speed * omega + state[2]
-    amperes = inverse / mu
-    room = sqrt(i_max * i_max - i_d_ref * i_d_ref)
-    i_q_ref = min(max(acceleration * amperes, -room), room)
-    reached = i_q_ref / amperes
-    integral_speed = state[2] + T * w_speed * (w_speed * (omega_ref - omega) + (reached - acceleration))
+    i_d_ref, i_q_ref, excess = current_references(state[2], omega, magnitude, inverse, omega_ref, flux_ref, p, d)
+    integral_speed = state[2] + T * w_speed * (w_speed * (omega_ref - omega) + excess)
     # current loops: PI that cancels the decay gamma, with the couplings of the flux frame fed forward
     stator_frequency = omega + alpha * L_m * i_q * inverse
     gain = w_current * sigma

@@ -127,8 +127,11 @@ class Trace:
         return self._known[key]
 
     def run(self, definition: Any, *args: Any) -> Any:
-        """What a definition returns for values; its ``sqrt``, ``max`` and ``min`` become operations."""
+        """What a definition returns for values; ``sqrt``, ``max`` and ``min`` in it and in its module's become operations."""
         names = {**definition.__globals__, **{op: _operation(self, op) for op in ("sqrt", "max", "min")}}
+        for name, one in definition.__globals__.items():
+            if isinstance(one, types.FunctionType) and one.__module__ == definition.__module__:
+                names[name] = types.FunctionType(one.__code__, names, name)
         return types.FunctionType(definition.__code__, names, definition.__name__)(*args)
 
 

@@ -9,7 +9,7 @@ from synthetic import MACHINE
 from imo_analysis.equations.drift import square_integral_of_step
 from imo_analysis.equations.repaired import repaired
 from imo_analysis.errors import InputError
-from imo_analysis.excitation import resting
+from imo_analysis.excitation import landing, resting
 from imo_analysis.study import Study
 
 GAINS = (300.0, 50.0, 100.0, 1.0, 100.0, 0.05, 0.01)
@@ -117,7 +117,7 @@ def test_conserved_quantities_and_the_family_fix_the_end(slip):
     omega, alpha = 40.0, MACHINE.alpha
     start = (8.0, 40.5, (3.0, -2.0), (-1.0, 4.0))
     gains = (GAINS[3], GAINS[4], GAINS[2], GAINS[1])
-    rest = resting.predict_rest(*start, omega=omega, slip=slip, alpha=alpha, gains=gains)
+    rest = landing.predict_rest(*start, omega=omega, slip=slip, alpha=alpha, gains=gains)
     alpha_hat, omega_hat, xi, z = integrate(start, omega, slip, 4.0, step=1e-4)
     assert rest.alpha_hat == pytest.approx(alpha_hat, abs=2e-5)
     assert abs(rest.alpha_hat - start[0]) > 0.01

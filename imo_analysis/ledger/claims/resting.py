@@ -1,4 +1,5 @@
-"""Why alpha_hat stops where it does: the rest states, the balance that the laws keep, and the drift of a speed change.
+"""Why alpha_hat stops where it does: what a build-up of the flux leaves, the rest states, the balance that the laws keep, and
+the drift of a speed change.
 
 These statements are ours; they explain the paper's Fig. 4. Errors are those of (12), alpha and omega constant.
 """
@@ -17,7 +18,8 @@ from imo_analysis.ledger.settings import MACHINE, VOLTAGES, errors
 
 ITEM = "Rest states (ours)"
 _UNITS = {"flux_d": "Wb", "flux_q": "Wb", "psi": "Wb", "balance_dot": "A^2", "flux_error_d": "Wb", "flux_error_q": "Wb",
-          "drift_rate": "1", "omega_hat_at_rest": "rad/s"}
+          "drift_rate": "1", "omega_hat_at_rest": "rad/s", "psi_dot": "V", "v_1": "A", "w": "1/s", "n": "1", "before": "1",
+          "v_0": "A", "p_i": "1/(A s)", "p_w": "1/A", "p_a": "1"}
 
 
 @cache
@@ -88,10 +90,58 @@ def turning_shaft() -> Setting:
                    ("alpha > 0", "L_m > 0", "J > 0", "mu > 0", "psi > 0"), units=_UNITS)
 
 
+@cache
+def build_up() -> Setting:
+    """The paper's observer at standstill while the flux moves along its own axis; errors along the flux and of alpha alone."""
+    base = errors("consistent_12")
+    psi, psi_dot, alpha, beta = names("psi psi_dot alpha beta")
+    current = steady_state.current_of_flux(psi, psi_dot, 0, alpha, Name("L_m"))
+    z = transformation.to_z(current[0], current[1], psi, 0, beta)
+    zero = dict.fromkeys(("omega", "omega_tilde", "i_qs_tilde", "z_1_tilde", "z_2_tilde", "xi_2_tilde"), 0)
+    motion = {"i_ds": current[0], "i_qs": current[1], "z_1": z[0], "z_2": z[1]}
+    v_1 = steady_state.regressors_of_flux(psi, psi_dot, 0, alpha, beta)[0][0]
+    return setting("build_up", "the machine at standstill while the flux builds up, and the paper's observer with errors along "
+                   "the flux alone", {**zero, **motion, **base.definitions, "v_1": v_1},
+                   (*base.hypotheses, "alpha > 0", "L_m > 0"), base.cases, _UNITS)
+
+
+@cache
+def first_order() -> Setting:
+    """The n-th term of the series in which what a first-order build-up leaves of an error of alpha_hat is summed."""
+    n, before, w, alpha, beta, psi, g = names("n before w alpha beta psi g")
+    damping = Name("k_1") + Name("R_s") / Name("sigma")
+    swing = beta * psi / alpha
+    term = before * drift.forgetting_ratio(n, g * swing * swing, damping / w, alpha * Name("k_3") / (w * w))
+    p_i, p_w, p_a = drift.adjoint_term(n, term, w, Name("v_0"))
+    return setting("first_order", "a term of the series for psi' = w psi exp(-w t), errors small",
+                   {"v_0": swing * w, "p_i": p_i, "p_w": p_w, "p_a": p_a},
+                   ("alpha > 0", "beta > 0", "psi > 0", "w > 0", "sigma > 0", "R_s > 0", "k_1 > 0", "k_3 > 0", "g > 0",
+                    "n > 0", "2*n - 1 > 0"), units=_UNITS)
+
+
 _REST = ("i_ds_tilde_dot = 0", "i_qs_tilde_dot = 0", "z_1_tilde_dot = 0", "z_2_tilde_dot = 0", "xi_1_tilde_dot = 0",
          "xi_2_tilde_dot = 0", "alpha_hat_dot = 0", "omega_hat_dot = 0")
 
 CLAIMS = [
+    Claim(
+        id="resting.build_up", item=ITEM, title="what an error of alpha_hat meets while the flux builds up at standstill",
+        expected=Verdict.HOLDS, setting=build_up(),
+        prose="Along the flux v_1 = -beta psi'/alpha. It lets alpha_hat follow the current error, and the same current error "
+              "moves xi_hat by k_3: with alpha_hat xi_tilde that acts on the current as alpha_tilde v_1 does.",
+        printed=("i_ds_tilde_dot = v_1*alpha_tilde + alpha_hat*xi_1_tilde - (k_1 + R_s/sigma)*i_ds_tilde",
+                 "xi_1_tilde_dot = -k_3*i_ds_tilde", "alpha_hat_dot = g*(v_1 - xi_1_tilde)*i_ds_tilde", "i_qs_tilde_dot = 0",
+                 "xi_2_tilde_dot = 0", "z_1_tilde_dot = 0", "z_2_tilde_dot = 0", "omega_hat_dot = 0"),
+    ),
+    Claim(
+        id="resting.forgetting", item=ITEM, title="what a first-order build-up of the flux leaves of an error of alpha_hat",
+        expected=Verdict.HOLDS, setting=first_order(),
+        prose="With products of errors left out of resting.build_up and psi' = w psi exp(-w t), the sum p_i i_tilde + "
+              "p_w alpha xi_tilde + p_a alpha_tilde is constant and ends as alpha_tilde. p_a is a series in exp(-2 w t) that "
+              "starts with 1, of which this is the n-th term beside the one before; its sum at time 0 is the share of the "
+              "error that is left.",
+        printed=("(1 - 2*n)*w*p_i = (k_1 + R_s/sigma)*p_i + alpha*k_3*p_w - g*v_0*before", "(1 - 2*n)*w*p_w = -p_i",
+                 "-2*n*w*p_a = v_0*p_i"),
+    ),
     Claim(
         id="resting.family", item=ITEM, title="a family of three dimensions on which everything measured is right",
         expected=Verdict.HOLDS, setting=at_rest("consistent_12"),
