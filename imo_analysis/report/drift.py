@@ -153,7 +153,7 @@ def drift_figure(explained: dict[str, xr.Dataset]) -> Figure:
         axes.plot(data["step_time"], data["step_alpha_hat"], "kx", markersize=7, label="from the study alone")
         axes.axhline(data.attrs["alpha"], color=LIMIT.color, linestyle=LIMIT.linestyle, linewidth=1.0, label="true")
         axes.set_ylabel(r"$\hat{\alpha}$ (1/s)")
-        axes.margins(x=0.01)
+        axes.margins(x=0.01, y=0.08)
         legend_above(axes, ncols=4, columnspacing=1.2)
     all_axes[-1, 0].set_xlabel("time (s)")
     return figure

@@ -41,8 +41,9 @@ def orientation(phi, flux_floor):
 def current_references(integral_speed, omega, magnitude, inverse, omega_ref, flux_ref, p, d):
     """The flux loop and the speed loop: ``(i_d_ref, i_q_ref, excess)``.
 
-    ``excess`` is the acceleration that the current limit leaves of the one asked for, less that one, in rad/s^2; ``magnitude``
-    and ``inverse`` are those of `orientation`.
+    ``integral_speed`` is the third of `CONTROL_STATES`, ``magnitude`` and ``inverse`` are those of `orientation`, ``omega_ref``
+    and ``flux_ref`` as in `control`. ``excess`` is the acceleration that the current limit leaves of the one asked for, less
+    that one, in rad/s^2.
     """
     _, L_m, _, _, alpha, mu, _, _ = p
     _, _, w_flux, w_speed, _, i_max, _ = d

@@ -206,7 +206,7 @@ def test_where_nothing_lands_it_says_so(monkeypatch):
     with pytest.raises(InputError, match="no alpha_hat to land"):
         landing(Study.paper(), "nobody")
     swinging = Study.paper().changed({"drive.flux_modulation": 0.02, "drive.flux_modulation_frequency": 20.0})
-    with pytest.raises(InputError, match="drive.flux_modulation = 0.02 Wb must be 0"):
+    with pytest.raises(InputError, match=r"drive\.flux_modulation = 0\.02 Wb must be 0"):
         landing(swinging, "repaired")
     monkeypatch.setattr(module, "BOUND", 1e3)
     printed = Study.paper().changed({"observers.consistent_12.kind": "printed_7"})

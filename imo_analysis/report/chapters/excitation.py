@@ -123,7 +123,7 @@ def _landings(explained: Sequence[Scenario]) -> list[Html]:
     first = next((row for row in main_scenario(explained).landings), landings[0][1])
     rows = [(typeset(scenario.title.split(":")[0]), tag("code", row.observer), f"{row.initial:.4g}",
              *(f"{value:.3f}" for value in (row.from_error, row.from_motion, row.predicted, row.simulated)),
-             f"{row.predicted_xi:.2g}", f"{row.simulated_xi:.2g}") for scenario, row in landings]
+             f"{row.predicted_xi:.2f}", f"{row.simulated_xi:.2f}") for scenario, row in landings]
     head = ("run", "observer", "first value", "left of its error", "the acceleration adds", "predicted", "simulated",
             r"$|\tilde{\xi}|$ predicted", "simulated")
     return [
