@@ -12,9 +12,9 @@ at their references. No voltage, no current loop, no sampling: these shape the f
 to orient the drive, and are what the prediction misses.
 
 Where the flux stands, the repaired observer conserves `equations.drift.balance` and q = k_3 z_tilde - j kappa s xi_tilde; with
-the family of rest states (three numbers) they fix where it ends. q is conserved through the start as well, so that from exact
-copies of z it ends on the one state of the family where both are exact again. The paper's observer conserves no such q while
-omega_hat moves, and keeps errors in both.
+the family of rest states (three numbers) they fix where it ends. q is conserved through the start as well, while the direction
+stays, so that from exact copies of z it ends on the one state of the family where both are exact again. The paper's observer
+conserves no such q while omega_hat moves, and keeps errors in both.
 """
 
 from __future__ import annotations

@@ -205,6 +205,30 @@ def test_the_flux_error_counts_both_axes():
         assert resting.explain(off, study, "repaired", 0.05).flux_error.values == pytest.approx(0.02)
 
 
+def test_what_explains_a_run_holds_the_landing_and_the_error_of_xi_hat():
+    """The error of xi_hat by hand along both axes; the crosses begin with the landing."""
+    from imo_analysis.report.drift import drift_rows, landing_rows
+    from imo_analysis.simulation.run import simulate
+
+    study = Study.paper().only(["repaired"]).changed({"simulation.duration": 3.0, "reference.time": [0.0, 2.0],
+                                                      "reference.omega": [20.0, 40.0]})
+    run = simulate(study)
+    for axis, other in (("1", "q"), ("2", "d")):
+        off = run.copy()
+        for name in "dq":
+            z = run[f"i_{name}s"] + MACHINE.beta * run[f"phi_{name}r"]
+            off[f"xi_{'12'['dq'.index(name)]}_hat"] = run["xi_1_hat"] * 0 + z - (0.0 if name == other else 0.3)
+        assert resting.explain(off, study, "repaired", 1.0).xi_error.values == pytest.approx(0.3), axis
+    data = {"repaired": resting.explain(run, study, "repaired", 1.0)}
+    (row,), (step,) = landing_rows(data, study), drift_rows(data, study)
+    landed = landing.landing(study, "repaired")
+    assert [row.initial, row.predicted] == [6.6, landed.alpha_hat]
+    assert row.simulated == pytest.approx(step.start) == pytest.approx(landed.alpha_hat, abs=0.006)
+    assert row.from_error + row.from_motion == pytest.approx(row.predicted - MACHINE.alpha)
+    assert step.from_study == pytest.approx(landed.alpha_hat + step.step_from_study)
+    assert row.share == pytest.approx(0.021957, rel=1e-4) and row.share > 10 * row.share_of_exact > 0
+
+
 @pytest.mark.parametrize(
     ("change", "text"),
     [({"reference.shape": "linear"}, "for speed steps"),
