@@ -102,6 +102,8 @@ def _table() -> dict[str, Symbol]:
 
 
 SYMBOLS: dict[str, Symbol] = _table()
+_GREEK = ("alpha", "beta", "gamma", "delta", "epsilon", "zeta", "eta", "theta", "kappa", "lambda", "mu", "nu", "xi", "rho",
+          "sigma", "tau", "phi", "chi", "psi", "omega")
 
 
 def _shorthands() -> dict[str, Symbol]:
@@ -133,6 +135,45 @@ def _shorthands() -> dict[str, Symbol]:
 
 
 SHORTHANDS: dict[str, Symbol] = _shorthands()  # in texts only: no data set and no file has these names
+_declared: dict[str, Symbol] = {}  # of the observers' files that this process has loaded
+
+
+def in_table(name: str) -> bool:
+    """Whether the table itself has a name, taken apart by its suffixes."""
+    while name not in SYMBOLS:
+        bare = re.sub("_(hat|tilde|dot)$", "", name)
+        if bare == name:
+            return False
+        name = bare
+    return True
+
+
+def declare(name: str, unit: str, where: str) -> None:
+    """Add a name of a user's observer that the table does not have, with its unit; `symbol` knows it from then on.
+
+    Parameters
+    ----------
+    name : str
+        Of a gain or a state. With it goes the quantity that a state ``NAME_hat`` estimates.
+    unit : str
+        SI unit; ``1`` for a pure number.
+    where : str
+        The file.
+
+    Raises
+    ------
+    InputError
+        If the unit cannot be read, or another file has the name with another unit: in one process a name has one meaning.
+    """
+    dimension(unit)
+    base = name.removesuffix("_hat")
+    before = _declared.get(base)
+    if before is not None and before.unit != unit and before.source != where:
+        raise InputError(f"{name} is in {unit!r}, and {before.source} has it in {before.unit!r}; give one of them another name")
+    head, _, rest = base.partition("_")
+    letter = head if len(head) == 1 else rf"\{head}" if head in _GREEK else rf"\mathrm{{{head}}}"
+    latex = letter + (f"_{{{rest.replace('_', ',')}}}" if rest else "")
+    _declared[base] = Symbol(base, latex, unit, base, where)
 
 
 def symbol(name: str) -> Symbol:
@@ -150,6 +191,8 @@ def symbol(name: str) -> Symbol:
     """
     if name in SYMBOLS:
         return SYMBOLS[name]
+    if name in _declared:
+        return _declared[name]
     for suffix, accent, words in (
         ("_dot", r"\dot", "rate of the "),
         ("_hat", r"\hat", "estimate of the "),

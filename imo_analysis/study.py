@@ -22,6 +22,7 @@ from typing import Any, Self
 from pydantic import Field, ValidationError, model_validator
 
 from imo_analysis.equations.catalogue import OBSERVERS
+from imo_analysis.equations.own import located
 from imo_analysis.errors import InputError
 from imo_analysis.files import read_toml
 from imo_analysis.machine import InductionMachine, readable
@@ -111,7 +112,7 @@ class Study(Table):
     # Reading ---------------------------------------------------------------------------------------------------------
     @classmethod
     def load(cls, path: str | Path) -> Self:
-        """Read a study file; ``machine.file`` in it is looked up beside it.
+        """Read a study file; ``machine.file`` and observers of one's own in it are looked up beside it.
 
         Parameters
         ----------
@@ -161,7 +162,7 @@ class Study(Table):
         where : str
             Names the place in error texts.
         folder : pathlib.Path, optional
-            Where ``machine.file`` is looked up.
+            Where ``machine.file`` and observers of one's own are looked up.
         """
         study = cls._checked(copy.deepcopy(dict(data)), where, folder)
         for name in study.scenarios:
@@ -176,7 +177,11 @@ class Study(Table):
         machine = InductionMachine.build(data["machine"], f"{where}: machine")
         _check_texts(data, where)
         if isinstance(data.get("observers"), Mapping):
-            data["observers"] = {name: _with_kind(name, one) for name, one in data["observers"].items()}
+            data["observers"] = {name: located_table({"kind": name, **one}, f"{where}: observers.{name}", folder)
+                                 if isinstance(one, Mapping) else one for name, one in data["observers"].items()}
+        if isinstance(data.get("scenarios"), Mapping):
+            data["scenarios"] = {name: _overlay(one, f"{where}: scenarios.{name}", folder)
+                                 for name, one in data["scenarios"].items()}
         try:
             return cls(**{**data, "machine": machine, "data": data})
         except ValidationError as error:
@@ -365,6 +370,19 @@ def _believed(machine: InductionMachine, errors: Mapping[str, float]) -> Inducti
     return machine.with_values(**{key: getattr(machine, key) * (1 + error) for key, error in errors.items()})
 
 
-def _with_kind(name: str, settings: Any) -> Any:
-    """An observer's table with its kind, which is its name where none is given."""
-    return {"kind": name, **settings} if isinstance(settings, Mapping) else settings
+def located_table(settings: Any, where: str, folder: Path | None) -> Any:
+    """An observer's table; where its kind is a file of one's own, with the file's whole path and the hash of its text."""
+    if not isinstance(settings, Mapping) or not isinstance(settings.get("kind"), str):
+        return settings
+    try:
+        return {**settings, "kind": located(settings["kind"], folder)}
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from None
+
+
+def _overlay(overlay: Any, where: str, folder: Path | None) -> Any:
+    """A scenario's overlay with its observers' kinds treated likewise."""
+    if not isinstance(overlay, Mapping) or not isinstance(overlay.get("observers"), Mapping):
+        return overlay
+    return {**overlay, "observers": {name: located_table(one, f"{where}.observers.{name}", folder)
+                                     for name, one in overlay["observers"].items()}}

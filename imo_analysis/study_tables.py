@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, model_validator
 
 from imo_analysis.equations.catalogue import OBSERVERS
+from imo_analysis.equations.own import is_file, located
 from imo_analysis.notation import symbol
 from imo_analysis.quantity import si_value
 
@@ -257,7 +258,8 @@ class ObserverSettings(Table):
     Attributes
     ----------
     kind : str
-        Its name in `imo_analysis.equations.catalogue.OBSERVERS`; NAME itself where it is left out.
+        Its name in `imo_analysis.equations.catalogue.OBSERVERS`, NAME itself where it is left out; or a file of one's own,
+        ``mine.py``, which is written out as its whole path and the hash of its text (`imo_analysis.equations.own`).
     gains : dict of str to float
         Every gain of that kind.
     initial : dict of str to float
@@ -282,25 +284,27 @@ class ObserverSettings(Table):
         if not isinstance(values, dict):
             return values
         kind = values.get("kind")
-        if kind not in OBSERVERS:
-            raise ValueError(f"kind = {kind!r} is not a known observer; choose one of: {', '.join(OBSERVERS)}")
+        if not isinstance(kind, str) or not (kind in OBSERVERS or is_file(kind)):
+            raise ValueError(f"kind = {kind!r} is not a known observer; choose one of: {', '.join(OBSERVERS)}; or a file of "
+                             "your own, mine.py")
+        kind = located(kind)
         observer = OBSERVERS[kind]
         units: dict[str, dict[str, str]] = {
             "gains": {name: symbol(name).unit for name in observer.gains},
             "initial": {name: symbol(name).unit for name in observer.states},
         }
-        values = dict(values)
+        values = {**values, "kind": kind}
         for table, known in units.items():
             given = values.get(table, {})
             if not isinstance(given, dict):
                 raise ValueError(f"{table} = {given!r} must be a table of names and numbers")
             for name in given:
                 if name not in known:
-                    raise ValueError(f"{table}.{name} is not known for {kind}; it has: {', '.join(known)}")
+                    raise ValueError(f"{table}.{name} is not known for {observer.name}; it has: {', '.join(known)}")
             values[table] = {name: si_value(value, known[name], f"{table}.{name}") for name, value in given.items()}
         missing = [name for name in observer.gains if name not in values["gains"]]
         if missing:
-            raise ValueError(f"gains of {kind} are missing: {', '.join(missing)}")
+            raise ValueError(f"gains of {observer.name} are missing: {', '.join(missing)}")
         if values["gains"].get("delta", 1.0) <= 0:
             raise ValueError(f"gains.delta = {values['gains']['delta']:g} 1/s must be above 0, the width of the layer in (10)")
         if values["gains"].get("k", 1.0) <= 0:
@@ -309,7 +313,7 @@ class ObserverSettings(Table):
         errors = values.get("errors", {})
         if not isinstance(errors, dict):
             raise ValueError(f"errors = {errors!r} must be a table of names and numbers")
-        return {**values, "errors": _relative_errors(errors, _ERRORS, kind)}
+        return {**values, "errors": _relative_errors(errors, _ERRORS, observer.name)}
 
     @property
     def gain_values(self) -> tuple[float, ...]:

@@ -45,10 +45,11 @@ def test_every_layout_that_is_written_is_documented() -> None:
 def test_nothing_user_given_is_executed() -> None:
     """Studies, machines, logs and runs are data: no eval, exec or pickle in what reads them.
 
-    Only the tool that changes one token of our own definitions runs text, and that text is a file of this package.
+    Only the tool that changes one token of our own definitions runs text, and that text is a file of this package; and the
+    loader of an observer's file, which a user names as the program that it is (`equations.own`).
     """
     for path, tree in TREES.items():
-        if path.name == "definition_mutants.py":
+        if path.name == "definition_mutants.py" or path.parts[-2:] == ("equations", "own.py"):
             continue
         for node in ast.walk(tree):
             if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):

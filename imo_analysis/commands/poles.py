@@ -58,10 +58,11 @@ def run(args: argparse.Namespace) -> int:
     from imo_analysis.commands.poles_sweep import sweep
     from imo_analysis.study import Study
 
-    over = wanted(args)
     study = Study.load(args.study) if args.study else Study.paper()
     setups, refused, assumed = chosen(study, args)
+    over = wanted(args)
     doubtful(args.over or [], setups)
+    _check_own(args, setups)
     for label, gains in assumed.items():
         say(args, f"{label}: the study has no " + ", ".join(gains) + "; taken as imo excite --design does without noise: "
             + ", ".join(f"{name} = {value:g}" for name, value in gains.items()))
@@ -80,6 +81,18 @@ def run(args: argparse.Namespace) -> int:
         say(args, f"left out {label}: {reason}")
     emit_json(args, schema="imo-poles/1", data=result)
     return 0
+
+
+def _check_own(args: argparse.Namespace, setups: dict[str, Setup]) -> None:
+    """Derive the error dynamics of observers of the user's own by a second route too, and say that both agree."""
+    from imo_analysis.commands.output import say
+    from imo_analysis.equations.own import is_file
+    from imo_analysis.pencils.own import check_derivative
+
+    for label, setup in setups.items():
+        if is_file(setup.observer):
+            count = check_derivative(setup.observer)
+            say(args, f"{label}: {count} entries of its error dynamics agree, differentiated and as exact difference quotients")
 
 
 def _tuned(args: argparse.Namespace, setups: dict[str, Setup], refused: dict[str, str]) -> dict[str, Setup]:
@@ -131,11 +144,13 @@ def _table(
             computed = at["computed_re"].values + 1j * at["computed_im"].values
             printed = at["printed_re"].values + 1j * at["printed_im"].values
             for pole, text, distance in zip(computed, printed, at["difference"].values, strict=True):
+                if not np.isfinite(pole):
+                    continue  # fewer poles than there are places
                 known = f"{_complex(text):>22}  {distance:8.2f}" if np.isfinite(distance) else ""
                 say(args, f"  {speed:9g}  {_complex(pole):>22}  {known}".rstrip())
             rows.append({"observer": label, "omega": speed, "poles": computed, "column": column,
                          "printed": printed if column else None, "distance": at["difference"].values if column else None,
-                         "at_zero": len(poles_at(machine, kind, gains, OperatingPoint(speed, None))) - 4})
+                         "at_zero": len(poles_at(machine, kind, gains, OperatingPoint(speed, None))) - len(computed)})
     a, b, c, d = (float(value) for value in WITNESS)
     right = 24 - len(mismatches(*WITNESS))
     say(args, f"{right} of Table II's 24 numbers are those of s^2 + ({a:g} - j w) s + {b:g} - j {c:g} w + {d:g} w^2,\n"
@@ -175,7 +190,9 @@ def _full_table(
 
 
 def _title(label: str, setup: Setup) -> str:
-    return (f"{label} ({setup.observer}), alpha = {setup.machine.alpha:.4f} /s, "
+    from imo_analysis.equations.catalogue import OBSERVERS
+
+    return (f"{label} ({OBSERVERS[setup.observer].name}), alpha = {setup.machine.alpha:.4f} /s, "
             + ", ".join(f"{name} = {value:g}" for name, value in setup.gains.items()))
 
 

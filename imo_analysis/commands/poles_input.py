@@ -64,6 +64,7 @@ def _alike(words: list[str], unit: str, where: str) -> None:
 def chosen(study: Any, args: argparse.Namespace) -> tuple[dict[str, Setup], dict[str, str], dict[str, dict[str, float]]]:
     """Every observer that is asked for, by label; with ``all`` the reasons why others cannot be had; gains that are assumed."""
     from imo_analysis.equations.catalogue import OBSERVERS
+    from imo_analysis.equations.own import is_file, located
     from imo_analysis.machine import PRESETS, InductionMachine
     from imo_analysis.pencils.jacobian import jacobian
     from imo_analysis.pencils.setup import Setup
@@ -78,15 +79,17 @@ def chosen(study: Any, args: argparse.Namespace) -> tuple[dict[str, Setup], dict
     refused: dict[str, str] = {}
     assumed: dict[str, dict[str, float]] = {}
     for label in dict.fromkeys([*study.observers, *OBSERVERS]) if every else args.observer or study.observers:
+        kind = located(label) if label not in study.observers else study.observers[label].kind
         if label in study.observers:
             settings = study.observers[label]
             setups[label] = Setup(settings.kind, other or study.observer_machine(label), settings.gains)
-        elif label in OBSERVERS:
-            gains = OBSERVERS[label].gains
-            needed = jacobian(label).arguments  # what only the adaptation uses may be missing
+        elif label in OBSERVERS or is_file(label):
+            gains = OBSERVERS[kind].gains
+            needed = jacobian(kind).arguments  # what only the adaptation uses may be missing
             if missing := [gain for gain in gains if gain in needed and gain not in study.known_gains]:
                 reason = (f"observer = {label!r} is not in the study, and no observer there has its gains "
-                          f"{', '.join(missing)}; add [observers.{label}] to the study")
+                          f"{', '.join(missing)}; " + (f"add [observers.{label}] to the study" if label in OBSERVERS else
+                          f'add [observers.NAME] with kind = "{label}" and its gains to the study'))
                 if not every:
                     raise InputError(reason)
                 refused[label] = reason
@@ -94,10 +97,10 @@ def chosen(study: Any, args: argparse.Namespace) -> tuple[dict[str, Setup], dict
             own = {gain: study.known_gains[gain] for gain in gains if gain in study.known_gains}
             if args.full is not None and (more := _supervisor(gains, own)):
                 assumed[label] = more
-            setups[label] = Setup(label, other or study.machine, {**own, **assumed.get(label, {})})
+            setups[label] = Setup(kind, other or study.machine, {**own, **assumed.get(label, {})})
         else:
             known = ", ".join(dict.fromkeys([*study.observers, *OBSERVERS]))
-            raise InputError(f"observer = {label!r} is not known; choose from: {known}")
+            raise InputError(f"observer = {label!r} is not known; choose from: {known}; or a file of your own, mine.py")
     if not setups:
         raise InputError("the study has no observers; name one with --observer")
     return setups, refused, assumed

@@ -81,17 +81,18 @@ def run(args: argparse.Namespace) -> int:
     level = log_check.level(u, i, found.sample_time, machine)
     bandwidth = settings.bandwidth if args.bandwidth is None else args.bandwidth
     by_rule = args.rule or bandwidth is not None
+    kinds = _observers(args.observer or list(settings.observers), source)
     gains = {**settings.gains, **_numbers(args.gain, "--gain")}
     as_study = "study" in args.initial
     observers = replay.runners(
-        _observers(args.observer or list(settings.observers)), machine, treatment, found, level, bandwidth=bandwidth,
+        kinds, machine, treatment, found, level, bandwidth=bandwidth,
         gains=gains,
         initial={**settings.initial, **_numbers([text for text in args.initial if text != "study"], "--initial")},
         study_gains={} if by_rule else source.gains, study_initial=source.initial if as_study else {},
     )
     if as_study:
         for runner in observers:
-            if runner.name not in source.observers:
+            if runner.kind not in source.observers:
                 raise InputError(f"--initial study: {args.machine} has no [observers.{runner.name}] to take the start from; "
                                  "leave it out, or give a study that has it as --machine")
     _tell(args, log, found, treatment, fit, level, observers, machine, bandwidth)
@@ -165,11 +166,19 @@ def _numbers(written: list[str], flag: str) -> dict[str, float]:
     return out
 
 
-def _observers(written: list[str]) -> list[str]:
+def _observers(written: list[str], source: Any) -> list[str]:
+    """Kinds of the observers that are asked for: by name, by file, or by the name of an own one in the machine's file."""
     from imo_analysis.equations.catalogue import OBSERVERS
+    from imo_analysis.equations.own import is_file, located
 
     names = [name.strip() for text in written for name in text.split(",") if name.strip()]
-    return list(OBSERVERS) if "all" in names else list(dict.fromkeys(names)) or ["repaired"]
+    own = {name: kind for kind, (name, _) in source.observers.items() if is_file(kind)}
+    if "all" in names:
+        return [*OBSERVERS, *own.values()]
+    kinds = list(dict.fromkeys(own.get(name) or located(name) for name in names)) or ["repaired"]
+    for kind in kinds:
+        OBSERVERS[kind]  # is there, and its names have units from here on
+    return kinds
 
 
 def _tell(
@@ -222,8 +231,8 @@ def _tell_start(args: argparse.Namespace, log: Any, observers: list[Any], source
 
     say(args, f"  {observers[0].begun.how}")
     guessed = [runner.name for runner in observers if runner.guessed]
-    keep = [name for name in guessed if "alpha_hat" in OBSERVERS[name].states]
-    forget = [name for name in guessed if name not in keep and "printed" not in name]
+    keep = [name for name in guessed if name in OBSERVERS and "alpha_hat" in OBSERVERS[name].states]
+    forget = [name for name in guessed if name in OBSERVERS and name not in keep and "printed" not in name]
     if keep:
         say(args, f"  as far as that flux is wrong, z_hat and xi_hat of {', '.join(keep)} stay wrong; the flux that they "
                   "reconstruct does not, but alpha_hat and omega_hat may be moved by it, until the flux's magnitude varies")
@@ -241,7 +250,7 @@ def _source(runner: Any, source: Any, bandwidth: float | None, given: dict[str, 
     if len(mine) == len(runner.gains):
         return "the command line and [replay]"
     if not runner.by_rule:
-        text = f"[observers.{source.observers[runner.name][0]}.gains] of {source.place}"
+        text = f"[observers.{source.observers[runner.kind][0]}.gains] of {source.place}"
     else:
         text = "the rule" if bandwidth is None else f"the rule, at {bandwidth:g} rad/s"
     return text + (f" with {', '.join(mine)} as given" if mine else "")

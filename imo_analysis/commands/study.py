@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from imo_analysis.errors import InputError
+
+if TYPE_CHECKING:
+    from imo_analysis.study import Study
 
 DESCRIPTION = """Write a study to start from, commented, or check a study and say what is in it. Without --machine it is the
 paper's; with a machine, one of that motor: rated flux, speed and torque, from its [nameplate] or as typical of such a machine,
@@ -57,9 +61,46 @@ def run(args: argparse.Namespace) -> int:
         f"scenarios  {', '.join(study.scenarios) or 'none'}",
     ]
     if not args.init:
-        say(args, "\n".join(lines))
+        say(args, "\n".join([*lines, *_own_observers(study)]))
     emit_json(args, schema="imo-study/1", data={"sha256": study.sha256, "study": study.data})
     return 0
+
+
+def _own_observers(study: Study) -> list[str]:
+    """Of every observer of the user's own: whether right estimates stay right, and if not, by how much each row leaves."""
+    from imo_analysis.equations.own import is_file, shown
+
+    found: dict[str, tuple[Study, str]] = {}
+    for whole in (study, *map(study.scenario, study.scenarios)):
+        for name, settings in whole.observers.items():
+            if is_file(settings.kind):
+                found.setdefault(settings.kind, (whole, name))
+    lines = []
+    for kind, (whole, name) in found.items():
+        off = _departures(whole, name)
+        lines.append(f"{shown(kind)}: at zero error the estimates follow the machine: " + ("no" if off else "yes"))
+        lines += [f"  {row}" for row in off]
+    return lines
+
+
+def _departures(study: Study, name: str) -> list[str]:
+    """How far each row leaves the machine, in symbols where that is short, and in numbers at the study's first speed, idle."""
+    from imo_analysis.equations.catalogue import OBSERVERS
+    from imo_analysis.notation import over_time, symbol
+    from imo_analysis.pencils.error import OperatingPoint
+    from imo_analysis.pencils.own import departures, size_of
+
+    settings, machine = study.observers[name], study.observer_machine(name)
+    point = OperatingPoint(study.poles.omega[0], study.drive.flux, 0.0)
+    rows = []
+    for state, departure in departures(settings.kind).items():
+        flux = state not in OBSERVERS[settings.kind].states
+        size = size_of(departure, settings.kind, settings.gains, machine.observer_parameters, point)
+        unit = "Wb" if flux else over_time(symbol(state).unit)
+        text = str(departure)
+        rows.append(f"{f'the flux estimate, {state[-1]} axis,' if flux else 'the rate of ' + state} is off by "
+                    + (f"{text}: " if len(text) <= 80 else "") + f"{size:.4g} {unit} at {point.omega:g} rad/s, idle")
+    return rows
 
 
 def _own(name: str, flux: float | None) -> str:

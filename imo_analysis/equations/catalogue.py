@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
-from imo_analysis.equations import across, adaptive, baseline, luenberger, quiet, repaired, scheduled, supervised
+from imo_analysis.equations import across, adaptive, baseline, luenberger, own, quiet, repaired, scheduled, supervised
+from imo_analysis.equations.observer import PARAMETERS, Observer
 from imo_analysis.equations.transformation import from_z, reconstructed_flux
+from imo_analysis.errors import InputError
+
+__all__ = ["OBSERVERS", "PARAMETERS", "RUNNING_GRAM", "Catalogue", "Observer"]
 
 _FULL = ("i_ds_hat", "i_qs_hat", "z_1_hat", "z_2_hat", "xi_1_hat", "xi_2_hat", "alpha_hat", "omega_hat")
 RUNNING_GRAM = ("m_1d", "m_1q", "m_2d", "m_2q", "S")
 _GAINS = ("k_1", "k_2", "k_3", "g", "K_p", "alpha_l", "delta")
-PARAMETERS = ("R_s", "L_m", "sigma", "beta", "alpha")
 
 
 def _flux_adaptive(x: Any, i: Any, beta: Any) -> Any:
@@ -27,39 +28,25 @@ def _flux_baseline(x: Any, i: Any, beta: Any) -> Any:
     return x[2], x[3]
 
 
-@dataclass(frozen=True)
-class Observer:
-    """An observer of the family.
+class Catalogue(dict[str, Observer]):
+    """Observers by name; one that is not here is looked for in a file of the user (`imo_analysis.equations.own`).
 
-    Attributes
-    ----------
-    name : str
-        The name used in studies and data sets.
-    rates : callable
-        ``rates(x, i, u, direction, p, gains)``; ``p`` in the order of `PARAMETERS`.
-    states, gains : tuple of str
-        Names, in the order of ``x`` and ``gains``.
-    flux : callable
-        ``flux(x, i, beta)``, the estimated rotor flux.
-    source : str
-        Where the paper prints it.
-    meaning : str
-        In a line.
-    needs_direction : bool
-        Whether it must be told the direction of rotation.
+    Going through the catalogue gives the built-in ones alone.
+
+    Raises
+    ------
+    InputError
+        If a name is neither known nor a file from which an observer can be had.
     """
 
-    name: str
-    rates: Callable[..., Any]
-    states: tuple[str, ...]
-    gains: tuple[str, ...]
-    flux: Callable[..., Any]
-    source: str
-    meaning: str
-    needs_direction: bool
+    def __missing__(self, kind: str) -> Observer:
+        if not own.is_file(kind):
+            raise InputError(f"observer = {kind!r} is not known; choose one of: {', '.join(self)}; or a file of your own, "
+                             "mine.py")
+        return own.load(kind, self)
 
 
-OBSERVERS: dict[str, Observer] = {
+OBSERVERS = Catalogue({
     o.name: o
     for o in (
         Observer("baseline", baseline.baseline,
@@ -95,4 +82,4 @@ OBSERVERS: dict[str, Observer] = {
         Observer("supervised", supervised.supervised, (*_FULL, *RUNNING_GRAM), ("k_1", "kappa", *_GAINS[2:], "eta", "S_0"),
                  _flux_adaptive, "ours", "the observer across, whose alpha_hat rests while excitation is lost", True),
     )
-}
+})

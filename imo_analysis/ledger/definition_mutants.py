@@ -28,7 +28,7 @@ from imo_analysis.ledger.mutations import renamed
 from imo_analysis.ledger.question import Question
 from imo_analysis.ledger.setting import setting
 
-_NOT_EQUATIONS = ("catalogue",)  # names and look-ups, no formula
+_NOT_EQUATIONS = ("catalogue", "observer", "own", "plain")  # names, look-ups, and files of the user: no formula
 
 
 @dataclass

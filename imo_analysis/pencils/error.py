@@ -64,7 +64,8 @@ class OperatingPoint:
         u_ds, u_qs = (-row * sigma for row in no_voltage[:2])
         z_1, z_2 = transformation.to_z(i_ds, i_qs, self.flux, 0.0, beta)
         return {"i_ds": i_ds, "i_qs": i_qs, "phi_dr": self.flux, "phi_qr": 0.0, "z_1": z_1, "z_2": z_2, "xi_1": z_1,
-                "xi_2": z_2, "u_ds": u_ds, "u_qs": u_qs, "omega": self.omega, "stator_frequency": frame}
+                "xi_2": z_2, "psi_ds": sigma * z_1, "psi_qs": sigma * z_2, "u_ds": u_ds, "u_qs": u_qs,
+                "omega": self.omega, "stator_frequency": frame}
 
 
 def gain_values(name: str, gains: Gains, needed: Sequence[str] | None = None) -> dict[str, float]:
@@ -88,16 +89,16 @@ def gain_values(name: str, gains: Gains, needed: Sequence[str] | None = None) ->
     if not isinstance(gains, Mapping):
         if len(gains) != len(observer.gains):
             wanted = ", ".join(observer.gains)
-            raise InputError(f"gains of {name} must be {len(observer.gains)} numbers ({wanted}), not {len(gains)}")
+            raise InputError(f"gains of {observer.name} must be {len(observer.gains)} numbers ({wanted}), not {len(gains)}")
         gains = dict(zip(observer.gains, gains, strict=True))
     for gain, value in gains.items():
         if gain not in observer.gains:
-            raise InputError(f"gain {gain!r} is not known for {name}; it has: {', '.join(observer.gains)}")
+            raise InputError(f"gain {gain!r} is not known for {observer.name}; it has: {', '.join(observer.gains)}")
         if not np.all(np.isfinite(value)):
-            raise InputError(f"gain {gain} = {value} of {name} must be finite")
+            raise InputError(f"gain {gain} = {value} of {observer.name} must be finite")
     missing = [gain for gain in (observer.gains if needed is None else needed) if gain not in gains]
     if missing:
-        raise InputError(f"gains of {name} are missing: {', '.join(missing)}")
+        raise InputError(f"gains of {observer.name} are missing: {', '.join(missing)}")
     return dict(gains)
 
 
@@ -277,7 +278,7 @@ def _state_space(derived: Jacobian, machine: InductionMachine, gains: Gains, poi
     return control.ss(
         whole[:n, :n], whole[:n, n:], whole[n:, :n], whole[n:, n:],
         states=list(derived.states), inputs=list(derived.inputs), outputs=list(derived.outputs),
-        name=f"{derived.observer}_{derived.kind}", remove_useless_states=False,
+        name=f"{known_observer(derived.observer).name}_{derived.kind}", remove_useless_states=False,
     )
 
 

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from imo_analysis.equations.own import shown
 from imo_analysis.errors import InputError
 from imo_analysis.machine import InductionMachine
 from imo_analysis.pencils.error import Gains, OperatingPoint, arguments
@@ -124,7 +125,8 @@ def floquet_exponents(machine: InductionMachine, name: str, gains: Gains, point:
         if before is not None and _apart(before, found, abs(frequency)) <= _TOLERANCE * np.abs(found).max():
             return found
         before, steps = found, 2 * steps
-    raise InputError(f"the Floquet exponents of {name} do not settle with {steps // 2} steps a period; take smaller gains")
+    raise InputError(f"the Floquet exponents of {shown(name)} do not settle with {steps // 2} steps a period; take smaller "
+                     "gains")
 
 
 def _exponents(machine: InductionMachine, name: str, gains: Gains, point: OperatingPoint, blocks: int, steps: int, period: float
@@ -154,7 +156,8 @@ def _exponents(machine: InductionMachine, name: str, gains: Gains, point: Operat
     cut = around[widest] + gaps[widest] / 2 - turn
     chosen = every[(every.imag >= cut) & (every.imag < cut + turn)]
     if len(chosen) != n:
-        raise InputError(f"the Floquet exponents of {name} cannot be told apart at this operating point; move it a little")
+        raise InputError(f"the Floquet exponents of {shown(name)} cannot be told apart at this operating point; move it a "
+                         "little")
     imaginary = chosen.imag - turn * np.round(chosen.imag / turn)
     imaginary[np.abs(imaginary) <= _TOLERANCE * np.abs(chosen).max()] = 0.0  # real ones, but for rounding
     return np.sort(chosen.real + 1j * imaginary)

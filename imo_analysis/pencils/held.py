@@ -16,6 +16,8 @@ import numpy as np
 import sympy as sp
 
 from imo_analysis.equations.catalogue import PARAMETERS, RUNNING_GRAM, Observer
+from imo_analysis.equations.own import is_file, shown
+from imo_analysis.equations.plain import exact
 from imo_analysis.errors import InputError
 from imo_analysis.pencils.jacobian import commutes_with_rotation, known_observer, pairs
 
@@ -81,23 +83,24 @@ def held_rates(name: str) -> HeldRates:
     """
     if not commutes_with_rotation(name):
         raise InputError(
-            f"observer = {name!r} has no state at rest while the flux turns: its z feedback changes when the axes turn; "
+            f"observer = {shown(name)!r} has no state at rest while the flux turns: its z feedback changes when the axes turn; "
             "use imo_analysis.pencils.floquet"
         )
     observer = with_held_alpha(known_observer(name))
     symbols = {s: sp.Symbol(s, real=True) for s in (*observer.states, *_MEASURED, *PARAMETERS, *observer.gains)}
     direction, frame = sp.symbols("direction stator_frequency", real=True)
-    gains = tuple(sp.Integer(0) if gain == "g" else symbols[gain] for gain in observer.gains)
+    own = is_file(name)  # its alpha_hat is held by leaving out the row, whatever its gain is called
+    gains = tuple(sp.Integer(0) if gain == "g" and not own else symbols[gain] for gain in observer.gains)
     x = tuple(symbols[state] for state in observer.states)
     i, u = (symbols["i_ds"], symbols["i_qs"]), (symbols["u_ds"], symbols["u_qs"])
     p = tuple(symbols[parameter] for parameter in PARAMETERS)
-    rates = dict(zip(observer.states, observer.rates(x, i, u, direction, p, gains), strict=True))
-    if rates.pop("alpha_hat", 0) != 0:
+    rates = dict(zip(observer.states, exact(observer.rates)(x, i, u, direction, p, gains), strict=True))
+    if rates.pop("alpha_hat", 0) != 0 and not own:
         raise AssertionError(f"{name}: alpha_hat moves although g is 0")
     for d, q in pairs(rates):
         rates[d] += frame * symbols[q]
         rates[q] -= frame * symbols[d]
-    flux = dict(zip(_FLUX, observer.flux(x, i, symbols["beta"]), strict=True))
+    flux = dict(zip(_FLUX, exact(observer.flux)(x, i, symbols["beta"]), strict=True))
     variables = (*rates, *_MEASURED, *(("alpha_hat",) if "alpha_hat" in observer.states else ()))
     rows = [*rates.values(), *flux.values()]
     derivative = [sp.diff(row, symbols[variable]) for row in rows for variable in variables]

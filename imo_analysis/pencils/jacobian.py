@@ -3,13 +3,15 @@
 ``x_tilde' = f_plant(x) - f_observer(x - x_tilde, i + noise, u + error)``; its Jacobian at ``x_tilde = 0`` with respect to the
 errors and the inputs is [[A, B], [C, D]]. Nothing is typed in: `imo_analysis.equations` is all that is differentiated.
 
-Two kinds: ``frozen`` holds omega_hat and alpha_hat at the true values and drops their rows, as Table II does; the result
-depends on parameters, gains and speed alone. ``full`` keeps the adaptation, about a steady operating point, in the frame that
-turns with the flux, where that point is an equilibrium.
+Two kinds: ``frozen`` holds omega_hat, alpha_hat and every other scalar at the true values and drops their rows, as Table II
+does; the result depends on parameters, gains and speed alone. ``full`` keeps the adaptation, about a steady operating point, in
+the frame that turns with the flux, where that point is an equilibrium. A state that estimates nothing of the machine is a
+correction, whose true value is zero.
 """
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
@@ -21,11 +23,14 @@ import sympy as sp
 
 from imo_analysis.equations import plant, transformation
 from imo_analysis.equations.catalogue import OBSERVERS, PARAMETERS, RUNNING_GRAM, Observer
+from imo_analysis.equations.own import ESTIMATED, shown
+from imo_analysis.equations.plain import exact
 from imo_analysis.errors import InputError
 
+# The axis in a name: before s, r or the end of the name, in i_ds, psi_ds_hat, m_1d; and the 1 of z_1.
+_D_AXIS = re.compile(r"(?<=_)d(?=[sr]?(_hat)?$)|(?<=_\d)d(?=(_hat)?$)|(?<=_)1(?=(_hat)?$)")
+
 Kind = Literal["frozen", "full"]
-_ADAPTED = ("alpha", "omega")
-_SCALARS = (*_ADAPTED, "S")
 _NOISE = ("i_ds_noise", "i_qs_noise", "u_ds_error", "u_qs_error")
 
 
@@ -41,8 +46,8 @@ class Jacobian:
         ``frozen`` or ``full``.
     states, inputs, outputs : tuple of str
         Names; states end in ``_tilde`` (true minus estimate). Inputs are the noise added to the measured currents (A), the
-        error of the voltages that the observer is told (V) and, for ``full``, the rates of the true alpha and omega. Outputs
-        are the states, and the errors of the rotor flux where it is not a state.
+        error of the voltages that the observer is told (V) and, for ``full``, the rates of the true omega and of the parameters
+        that are estimated. Outputs are the states, and the errors of the rotor flux where it is not a state.
     matrix : sympy.Matrix
         [[A, B], [C, D]].
     arguments : tuple of str
@@ -76,15 +81,13 @@ class Jacobian:
 
 
 def known_observer(name: str) -> Observer:
-    """The observer of that name in the catalogue.
+    """The observer of that name in the catalogue, or of that file.
 
     Raises
     ------
     InputError
         If there is none.
     """
-    if name not in OBSERVERS:
-        raise InputError(f"observer = {name!r} is not known; choose one of: {', '.join(OBSERVERS)}")
     return OBSERVERS[name]
 
 
@@ -100,8 +103,8 @@ def jacobian(name: str, kind: Kind = "frozen") -> Jacobian:
     """
     if kind == "full" and not commutes_with_rotation(name):
         raise InputError(
-            f"observer = {name!r} has no time-invariant linearisation about a turning flux: its z feedback changes when the "
-            "axes turn; use the frozen-speed poles, or its Floquet exponents (imo_analysis.pencils.floquet)"
+            f"observer = {shown(name)!r} has no time-invariant linearisation about a turning flux: its z feedback changes when "
+            "the axes turn; use the frozen-speed poles, or its Floquet exponents (imo_analysis.pencils.floquet)"
         )
     return derive(name, kind)
 
@@ -111,25 +114,26 @@ def derive(name: str, kind: Kind) -> Jacobian:
     """As `jacobian`, but without asking whether the result is time-invariant: ``full`` holds at an instant for any observer."""
     observer = known_observer(name)
     bases = [state.removesuffix("_hat") for state in observer.states]
-    kept = [base for base in bases if kind == "full" or base not in (*_ADAPTED, *RUNNING_GRAM)]
-    true = {base: sp.Symbol(base, real=True) for base in (*bases, "i_ds", "i_qs")}
+    vectors = {base for pair in pairs(bases) for base in pair} - set(RUNNING_GRAM)
+    kept = [base for base in bases if kind == "full" or base in vectors]
     parameters = {symbol: sp.Symbol(symbol, positive=True) for symbol in PARAMETERS}
-    true["alpha"] = parameters["alpha"]
-    true["omega"] = sp.Symbol("omega", real=True)
+    true = {base: sp.Symbol(base, real=True) for base in (*bases, "i_ds", "i_qs", "omega")} | parameters
     gains = {gain: sp.Symbol(gain, real=True) for gain in observer.gains}
     direction, frame = sp.symbols("direction stator_frequency", real=True)
     voltages = sp.symbols("u_ds u_qs", real=True)
 
     errors = {base: sp.Symbol(f"{base}_tilde", real=True) for base in kept}
     noise = {label: sp.Symbol(label, real=True) for label in _NOISE}
-    moving = {f"{base}_dot": sp.Symbol(f"{base}_dot", real=True) for base in _ADAPTED if base in errors}
-    aliases = {true["xi_1"]: true["z_1"], true["xi_2"]: true["z_2"]} if "xi_1" in true else {}
+    moving = {f"{base}_dot": sp.Symbol(f"{base}_dot", real=True) for base in ("alpha", "omega", *PARAMETERS) if base in errors}
+    aliases = {true[base]: sp.Integer(0) for base in bases if base not in (*ESTIMATED, *RUNNING_GRAM)}
+    if "xi_1" in true:
+        aliases |= {true[f"xi_{n}"]: true.setdefault(f"z_{n}", sp.Symbol(f"z_{n}", real=True)) for n in "12"}
 
     p = tuple(parameters.values())
     estimate = tuple(true[base] - errors.get(base, 0) for base in bases)
     currents = (true["i_ds"] + noise["i_ds_noise"], true["i_qs"] + noise["i_qs_noise"])
     told = (voltages[0] + noise["u_ds_error"], voltages[1] + noise["u_qs_error"])
-    rates = dict(zip(bases, observer.rates(estimate, currents, told, direction, p, tuple(gains.values())), strict=True))
+    rates = dict(zip(bases, exact(observer.rates)(estimate, currents, told, direction, p, tuple(gains.values())), strict=True))
     machine = true_rates(true, voltages, p)
     difference = {base: machine.get(base, moving.get(f"{base}_dot", 0)) - rates[base] for base in kept}
     if kind == "full":
@@ -138,10 +142,12 @@ def derive(name: str, kind: Kind) -> Jacobian:
             difference[q] -= frame * errors[d]
 
     outputs = dict(errors)
-    flux = observer.flux(estimate, currents, parameters["beta"])
+    flux = exact(observer.flux)(estimate, currents, parameters["beta"])
     for k, base in enumerate(("phi_dr", "phi_qr")):
         if base not in errors:
-            truth = transformation.from_z(true["i_ds"], true["i_qs"], true["z_1"], true["z_2"], parameters["beta"])[k]
+            z = [true[name] if name in true else true[flux] / parameters["sigma"]
+                 for name, flux in (("z_1", "psi_ds"), ("z_2", "psi_qs"))]
+            truth = transformation.from_z(true["i_ds"], true["i_qs"], z[0], z[1], parameters["beta"])[k]
             outputs[base] = truth - flux[k]
 
     variables = [*errors.values(), *noise.values(), *moving.values()]
@@ -155,7 +161,8 @@ def derive(name: str, kind: Kind) -> Jacobian:
     depends = {symbol.name for symbol in matrix.free_symbols}
     used = tuple(argument for argument in arguments if argument in depends)
     if kind == "frozen" and (leaked := depends - {*PARAMETERS, *gains, "omega", "direction"}):
-        raise AssertionError(f"{name}: the frozen error dynamics are not autonomous, they depend on {sorted(leaked)}")
+        raise InputError(f"observer = {observer.name!r} has no poles at frozen speed: its error dynamics depend on "
+                         f"{', '.join(sorted(leaked))}; with the adaptation it has some about an operating point: --full SLIP")
     ordered = {symbol.name: symbol for symbol in matrix.free_symbols}
     function = sp.lambdify([ordered[argument] for argument in used], list(matrix), modules="numpy", cse=True)
     return Jacobian(
@@ -186,13 +193,18 @@ def true_rates(true: Any, voltages: Any, p: Any) -> dict[str, Any]:
         whole = plant.plant_z((i_ds, i_qs, true["z_1"], true["z_2"]), voltages, omega, 0, p)
         rates |= dict(zip(("i_ds", "i_qs", "z_1", "z_2"), whole, strict=True))
         rates |= {"xi_1": rates["z_1"], "xi_2": rates["z_2"]}
+    if "psi_ds" in true:
+        sigma = p[2]
+        whole = plant.plant_z((i_ds, i_qs, true["psi_ds"] / sigma, true["psi_qs"] / sigma), voltages, omega, 0, p)
+        rates |= dict(zip(("i_ds", "i_qs", "psi_ds", "psi_qs"), (*whole[:2], sigma * whole[2], sigma * whole[3]), strict=True))
     return rates
 
 
 def pairs(names: Any) -> list[tuple[str, str]]:
-    """The d/q pairs among state names, without the scalars alpha, omega and S."""
-    vectors = [name for name in names if name.removesuffix("_hat") not in _SCALARS]
-    return list(zip(vectors[::2], vectors[1::2], strict=True))
+    """The d/q pairs among state names: ``i_ds, i_qs``; ``m_1d, m_1q``; ``z_1, z_2``. What has no partner is a scalar."""
+    names = list(names)
+    partners = ((name, _D_AXIS.sub(lambda axis: {"d": "q", "1": "2"}[axis[0]], name)) for name in names)
+    return [(name, other) for name, other in partners if other != name and other in names]
 
 
 @cache
@@ -221,4 +233,5 @@ def commutes_with_rotation(name: str) -> bool:
     i, u = (number(), number()), (number(), number())
     p = tuple(number() for _ in PARAMETERS)
     gains = tuple(number() for _ in observer.gains)
-    return turned(observer.rates(x, i, u, 1, p, gains)) == observer.rates(turned(x), turn(i), turn(u), 1, p, gains)
+    rates = exact(observer.rates)
+    return turned(rates(x, i, u, 1, p, gains)) == tuple(rates(turned(x), turn(i), turn(u), 1, p, gains))

@@ -45,12 +45,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from imo_analysis.equations.catalogue import PARAMETERS
+from imo_analysis.equations.catalogue import PARAMETERS, RUNNING_GRAM
+from imo_analysis.equations.own import shown
 from imo_analysis.errors import InputError
 from imo_analysis.machine import InductionMachine
 from imo_analysis.pencils.error import MACHINE_FIELDS, Gains, OperatingPoint, gain_values, machine_parameters, poles
 from imo_analysis.pencils.held import HeldRates, held_rates, with_held_alpha
-from imo_analysis.pencils.jacobian import known_observer
+from imo_analysis.pencils.jacobian import known_observer, pairs
 
 if TYPE_CHECKING:
     import control
@@ -125,9 +126,10 @@ def equilibrium(
     law = held_rates(name)
     observer = known_observer(name)
     if alpha_hat is not None and "alpha_hat" not in observer.states:
-        raise InputError(f"alpha_hat cannot be held elsewhere in {name}: it does not estimate alpha; use errors of R_r")
+        raise InputError(f"alpha_hat cannot be held elsewhere in {shown(name)}: it does not estimate alpha; use errors of R_r")
     (true, believed, fixed), shape = _numbers(machine, name, gains, point, dict(errors or {}), alpha_hat)
-    start = {state: true[state.removesuffix("_hat")] for state in law.states}
+    whose = {state: state if state in true else state.removesuffix("_hat") for state in (*law.states, *law.outputs)}
+    start = {state: true[whose[state]] for state in law.states}
     x = np.stack(list(start.values()), axis=-1)
     moving = np.abs(true["stator_frequency"]) > STANDING
     n = len(law.states)
@@ -140,8 +142,7 @@ def equilibrium(
     values = {**true, **fixed, **believed, **dict(zip(law.states, x.T, strict=True))}
     flux = law.rates(values)[:, n:]
     estimates = {**dict(zip(law.states, x.T, strict=True)), **dict(zip(law.outputs, flux.T, strict=True))}
-    errors_of = {f"{key.removesuffix('_hat')}_tilde": true[key.removesuffix("_hat")] - value
-                 for key, value in estimates.items()}
+    errors_of = {f"{key.removesuffix('_hat')}_tilde": true[whose[key]] - value for key, value in estimates.items()}
     reason = np.where(found, "", np.where(~moving, STANDSTILL, np.where(lawless, NO_LAW, LOST)))
     return Equilibrium(
         {key: value.reshape(shape) for key, value in estimates.items()},
@@ -202,7 +203,8 @@ def pencil_with_errors(
     if at.reason.ndim:
         raise InputError("a state space takes one operating point; use poles_with_errors for many")
     if reason := str(at.reason):
-        raise InputError(f"{name} does not settle with errors {dict(errors or {})}: {reason}; change the point or the errors")
+        raise InputError(f"{shown(name)} does not settle with errors {dict(errors or {})}: {reason}; change the point or the "
+                         "errors")
     law = held_rates(name)
     n, measured = len(law.states), slice(len(law.states), len(law.states) + 4)
     d = law.derivative(at.values)
@@ -214,7 +216,7 @@ def pencil_with_errors(
     flux = [output not in law.states for output in law.outputs]
     return control.ss(
         d[:n, :n], B, np.concatenate([np.eye(n), d[n:, :n][flux]]), np.concatenate([np.zeros((n, B.shape[1])), D[flux]]),
-        states=states, inputs=inputs, name=f"{name}_with_errors", remove_useless_states=False,
+        states=states, inputs=inputs, name=f"{known_observer(name).name}_with_errors", remove_useless_states=False,
         outputs=[*states, *(f"{o.removesuffix('_hat')}_tilde" for o, new in zip(law.outputs, flux, strict=True) if new)])
 
 
@@ -232,6 +234,8 @@ def _numbers(
         raise InputError("flux of the operating point must be above 0 Wb at every point")
     true = dict(zip(PARAMETERS, machine.observer_parameters, strict=True))
     at = OperatingPoint(speeds["omega"], flux, speeds["slip"]).quantities(machine.observer_parameters)
+    estimated = (*at, *true, *RUNNING_GRAM)
+    true |= {state: 0.0 for state in known_observer(name).states if state.removesuffix("_hat") not in estimated}
     believed = machine_parameters(machine, fields)
     if "alpha_hat" in known_observer(name).states:
         true["alpha_hat"] = machine.alpha
@@ -264,12 +268,13 @@ def _believed_fields(machine: InductionMachine, errors: dict[str, Any]) -> dict[
 
 
 def _scales(start: dict[str, np.ndarray], frequency: np.ndarray) -> np.ndarray:
-    """What a negligible change of each estimate is measured by: the size of its vector, or the stator frequency."""
-    sizes, names = [], list(start)
-    for k, name in enumerate(names):
-        other = names[k ^ 1] if name != "omega_hat" else name
-        sizes.append(np.hypot(start[name], frequency if name == "omega_hat" else start[other]))
-    return np.stack(sizes, axis=-1)
+    """What a negligible change of each estimate is measured by: the size of its vector, the stator frequency, or its own size.
+    A correction, which begins at zero, has none: the others tell whether all have settled."""
+    sizes = {name: np.where(start[name] == 0, np.inf, np.abs(start[name])) for name in start}
+    for d, q in pairs(start):
+        sizes[d] = sizes[q] = np.hypot(start[d], start[q])
+    sizes["omega_hat"] = np.hypot(start["omega_hat"], frequency)
+    return np.stack(list(sizes.values()), axis=-1)
 
 
 def _follow(

@@ -62,6 +62,7 @@ import numpy as np
 
 from imo_analysis.equations import lyapunov
 from imo_analysis.equations.catalogue import RUNNING_GRAM
+from imo_analysis.equations.own import shown
 from imo_analysis.errors import InputError
 from imo_analysis.machine import InductionMachine
 from imo_analysis.pencils.error import Gains, OperatingPoint, frozen_pencil, full_pencil, gain_values
@@ -118,9 +119,9 @@ def settling_pencil(
     if alpha not in ("adapted", "held"):
         raise InputError(f'alpha = {alpha!r} is not known; choose "adapted" or "held"')
     if kind == "full" and abs(point.omega + point.slip) <= STANDING:
-        raise InputError(f"{name} at omega = {point.omega:g} rad/s and slip = {point.slip:g} rad/s: the {STANDSTILL}, and it "
-                         "does not settle; choose a point where omega + slip is not zero")
-    if kind == "full" and alpha == "held" and "g" in known_observer(name).gains:
+        raise InputError(f"{shown(name)} at omega = {point.omega:g} rad/s and slip = {point.slip:g} rad/s: the {STANDSTILL}, "
+                         "and it does not settle; choose a point where omega + slip is not zero")
+    if kind == "full" and alpha == "held" and {"g", "alpha_hat"} <= {*known_observer(name).gains, *known_observer(name).states}:
         gains = {**gain_values(name, gains), "g": 0.0}  # without it the laws of some push omega_hat for alpha_hat's sake
     whole = full_pencil(machine, name, gains, point) if kind == "full" else frozen_pencil(machine, name, gains, point.omega)
     if "xi_1_hat" not in known_observer(name).states:
@@ -150,7 +151,8 @@ def settling_pencil(
     return control.ss(
         into @ whole.A @ back, (into @ B)[:, driven], np.concatenate([C[seen] @ back, np.eye(len(new))[-2:]]),
         np.concatenate([D[seen][:, driven], np.zeros((2, len(driven)))]),
-        states=new, inputs=inputs, outputs=outputs, name=f"{name}_{kind}_settling", remove_useless_states=False)
+        states=new, inputs=inputs, outputs=outputs, name=f"{known_observer(name).name}_{kind}_settling",
+        remove_useless_states=False)
 
 
 def _share(A: np.ndarray, states: list[str]) -> float:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from imo_analysis.equations.own import shown
 from imo_analysis.errors import InputError
 from imo_analysis.pencils.branches import SAME
 from imo_analysis.pencils.error import OperatingPoint
@@ -113,7 +114,7 @@ def stability_map(
                for k, name in enumerate((x_name, y_name))},
         },
         coords={"observer": list(observers), x_name: (x_name, x, described(x_name)), y_name: (y_name, y, described(y_name)),
-                "observer_kind": ("observer", [one.observer for one in observers.values()])},
+                "observer_kind": ("observer", [shown(one.observer) for one in observers.values()])},
         attrs={"schema": "imo-stability-map/1", "kind": kind, "over": f"{x_name}, {y_name}"},
     ))
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from imo_analysis.equations.catalogue import PARAMETERS
+from imo_analysis.equations.own import shown
 from imo_analysis.errors import InputError
 from imo_analysis.machine import InductionMachine
 from imo_analysis.notation import symbol
@@ -156,7 +157,7 @@ def pole_sweep(
         part = _one(one, swept, point, kind, cloud)
         parts.append(part.reset_coords("neutral").expand_dims(observer=[label]))
     whole = xr.concat(parts, dim="observer", join="outer", fill_value={"neutral": False}, combine_attrs="drop_conflicts")
-    kinds = [one.observer for one in observer.values()]
+    kinds = [shown(one.observer) for one in observer.values()]
     whole = whole.set_coords("neutral").assign_coords(observer_kind=("observer", kinds))
     if "unclear" in parts[0].attrs:
         whole.attrs["unclear"] = sum(part.attrs["unclear"] for part in parts)
@@ -191,7 +192,7 @@ def _one(setup: Setup, swept: dict[str, np.ndarray], point: OperatingPoint | Non
             "branch": np.arange(1, roots.shape[-1] + 1),
             "neutral": ("branch", np.arange(roots.shape[-1]) >= moving.shape[-1]),
         },
-        attrs={"schema": "imo-poles/1", "observer": setup.observer, "kind": kind, "machine": setup.machine.name,
+        attrs={"schema": "imo-poles/1", "observer": shown(setup.observer), "kind": kind, "machine": setup.machine.name,
                "over": ", ".join(names), "gains": _gain_text(setup), **attributes},
     )
 
@@ -301,7 +302,8 @@ def evaluator(
     possible = sweepable(observer, kind)
     for name in names:
         if name not in possible:
-            raise InputError(f"over = {name!r} is not a parameter of {observer} ({kind}); choose one of: {', '.join(possible)}")
+            raise InputError(f"over = {name!r} is not a parameter of {shown(observer)} ({kind}); choose one of: "
+                             f"{', '.join(possible)}")
     if point is None:
         if "omega" not in names or kind != "frozen":
             raise InputError(f"a sweep over {', '.join(names)} ({kind}) needs an operating point: give its speed"
@@ -329,7 +331,7 @@ def evaluator(
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # said below, once and in words
             found = solve(numbers(values))
             if not (np.isfinite(np.sum(found)) or np.all(np.isfinite(found))):
-                raise InputError(f"the poles of {observer} overflow somewhere over {', '.join(names)}; "
+                raise InputError(f"the poles of {shown(observer)} overflow somewhere over {', '.join(names)}; "
                                  "sweep, or choose gains, within a smaller range")
         return np.broadcast_to(found, (*shape(values), found.shape[-1]))
 

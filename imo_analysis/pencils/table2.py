@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from imo_analysis.equations.own import shown
 from imo_analysis.machine import InductionMachine
 from imo_analysis.pencils.error import Gains, OperatingPoint, poles_at
+from imo_analysis.pencils.jacobian import structural_rank
 from imo_analysis.pencils.table2_fit import PRINTED, SPEEDS, WITNESS, roots
 
 if TYPE_CHECKING:
@@ -79,7 +81,8 @@ def table2(machine: InductionMachine, observers: Mapping[str, tuple[str, Gains]]
     Returns
     -------
     xarray.Dataset
-        Dimensions ``observer``, ``omega``, ``pole`` (four: the two poles at zero of the adaptive observers are left out).
+        Dimensions ``observer``, ``omega``, ``pole`` (four: the two poles at zero of the adaptive observers are left out; NaN
+        where an own observer has fewer than another has).
         ``computed_re``, ``computed_im``, ``printed_re``, ``printed_im`` in 1/s (rad/s), ``difference`` (absolute value of
         printed minus computed, after the assignment with the least sum), ``quadratic_re``, ``quadratic_im`` (the
         constants of the explanation), and the coordinate ``column`` of Table II that the observer stands beside.
@@ -89,12 +92,13 @@ def table2(machine: InductionMachine, observers: Mapping[str, tuple[str, Gains]]
 
     observers = dict(observers)
     speeds = np.asarray(omega, dtype=float)
-    shape = (len(observers), len(speeds), 4)
+    places = [structural_rank(kind) for kind, _ in observers.values()]
+    shape = (len(observers), len(speeds), max(places, default=4))
     computed = np.full(shape, np.nan + 1j * np.nan)
     beside = np.full(shape, np.nan + 1j * np.nan)
     quadratic = np.full(shape, np.nan + 1j * np.nan)
     for k, (kind, gains) in enumerate(observers.values()):
-        computed[k] = without_neutral(poles_at(machine, kind, gains, OperatingPoint(speeds, None)), 4)
+        computed[k, :, : places[k]] = without_neutral(poles_at(machine, kind, gains, OperatingPoint(speeds, None)), places[k])
         column = column_of(kind)
         for n, speed in enumerate(speeds):
             if column and speed in SPEEDS:
@@ -112,8 +116,8 @@ def table2(machine: InductionMachine, observers: Mapping[str, tuple[str, Gains]]
             "difference": (dims, np.abs(beside - computed)),
         },
         coords={
-            "observer": list(observers), "omega": speeds, "pole": np.arange(1, 5),
-            "kind": ("observer", [kind for kind, _ in observers.values()]),
+            "observer": list(observers), "omega": speeds, "pole": np.arange(1, shape[-1] + 1),
+            "kind": ("observer", [shown(kind) for kind, _ in observers.values()]),
             "column": ("observer", [column_of(kind) for kind, _ in observers.values()]),
         },
         attrs={"machine": machine.name, "alpha": machine.alpha},

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from imo_analysis.equations.catalogue import OBSERVERS
+from imo_analysis.equations.catalogue import OBSERVERS, Observer
 from imo_analysis.errors import InputError
 from imo_analysis.machine import InductionMachine
 from imo_analysis.notation import symbol
@@ -78,8 +78,8 @@ class Runner:
 
     Attributes
     ----------
-    name : str
-        Its kind in the catalogue.
+    kind : str
+        In the catalogue, or the file of an own one.
     gains : dict of str to float
         All gains by name.
     x : ndarray
@@ -94,7 +94,7 @@ class Runner:
         Whether gains were chosen from the record, but for those that the user gave.
     """
 
-    name: str
+    kind: str
     machine: InductionMachine
     treatment: Treatment
     gains: dict[str, float]
@@ -107,18 +107,28 @@ class Runner:
     by_rule: bool = True
 
     @property
+    def observer(self) -> Observer:
+        """Its definition."""
+        return OBSERVERS[self.kind]
+
+    @property
+    def name(self) -> str:
+        """What it is called in results."""
+        return self.observer.name
+
+    @property
     def guessed(self) -> bool:
         """Whether it begins with a flux that was estimated from the record, and so may be wrong."""
-        flux = [state for state in self.begun.values if state in OBSERVERS[self.name].states and state != "omega_hat"]
+        flux = [state for state in self.begun.values if state in self.observer.states and state != "omega_hat"]
         return self.begun.guessed and any(self.initial[state] == self.begun.values[state] for state in flux)
 
     def __post_init__(self) -> None:
-        observer = OBSERVERS[self.name]
-        for table, known in ((self.gains, observer.gains), (self.initial, observer.states)):
+        for table, known in ((self.gains, self.observer.gains), (self.initial, self.observer.states)):
             for key in table:
                 if key not in known:
                     raise InputError(f"{key} is not known for {self.name}; it has: {', '.join(known)}")
-        fastest = sum(abs(self.gains.get(name, 0.0)) for name in ("k_1", "l_1", "l_2")) + self.machine.gamma
+        quick = ("k_1", "l_1", "l_2", *(name for name, unit in self.observer.units.items() if unit == "1/s"))
+        fastest = sum(abs(self.gains.get(name, 0.0)) for name in quick) + self.machine.gamma
         self.substeps = max(1, math.ceil(fastest * self.sample_time / _RADIANS_A_STEP))
         if self.substeps > 10_000:
             raise InputError(
@@ -129,11 +139,11 @@ class Runner:
         """Currents as recorded, alpha as the machine's, and, unless ``initial`` knows better, no flux (z = i) at standstill."""
         known = {"i_ds_hat": i_ds, "i_qs_hat": i_qs, "z_1_hat": i_ds, "z_2_hat": i_qs, "xi_1_hat": i_ds, "xi_2_hat": i_qs,
                  "alpha_hat": self.machine.alpha, **self.initial}
-        self.x = np.array([float(known.get(state, 0.0)) for state in OBSERVERS[self.name].states])
+        self.x = np.array([float(known.get(state, 0.0)) for state in self.observer.states])
 
     def take(self, before: Samples | None, block: Samples) -> np.ndarray:
         """States at the samples of the next block, shape (states, samples); ``before`` is the block that precedes it."""
-        out = np.full((len(block), len(OBSERVERS[self.name].states)), np.nan)
+        out = np.full((len(block), len(self.observer.states)), np.nan)
         first = 0
         if before is None:
             self._start(float(block.i_ds[0]), float(block.i_qs[0]))
@@ -153,11 +163,11 @@ class Runner:
             assert block.omega is not None
             omega = block.omega if before is None or before.omega is None else np.append(before.omega[-1:], block.omega)
             direction = np.where(omega[:-1] >= 0, 1.0, -1.0)
-        done = replay_kernel(self.name)(
+        done = replay_kernel(self.kind)(
             self.x, *(np.ascontiguousarray(v) for v in (u_d, u_q, i_d, i_q)), steps, substeps, direction,
             self.treatment.direction == "estimated", self.treatment.voltage == "averaged",
             float(self.treatment.voltage == "linear"), float(self.treatment.current == "linear"), BOUND,
-            self.machine.observer_parameters, tuple(self.gains[name] for name in OBSERVERS[self.name].gains), out[first:],
+            self.machine.observer_parameters, tuple(self.gains[name] for name in self.observer.gains), out[first:],
         )
         if done < len(steps):
             self.lost = block.first + first + done
@@ -183,7 +193,7 @@ def runners(
     Parameters
     ----------
     names : sequence of str
-        Observers of the catalogue.
+        Observers of the catalogue, or files of own ones.
     machine : InductionMachine
         As the observers believe it to be.
     treatment : Treatment
@@ -207,23 +217,25 @@ def runners(
     made = []
     begin = flying_start(survey.head, survey.sample_time, machine, treatment.voltage)
     for name in names:
-        if name not in OBSERVERS:
-            raise InputError(f"observer = {name!r} is not known; choose from: {', '.join(OBSERVERS)}")
+        observer = OBSERVERS[name]
         wide = default_bandwidth(machine, level, survey.sample_time) if bandwidth is None else bandwidth
-        mine = {key: value for key, value in (gains or {}).items() if len(names) == 1 or key in OBSERVERS[name].gains}
+        mine = {key: value for key, value in (gains or {}).items() if len(names) == 1 or key in observer.gains}
         chosen = dict((study_gains or {}).get(name, {}))
-        by_rule = not {*mine, *chosen} >= set(OBSERVERS[name].gains)
+        by_rule = not {*mine, *chosen} >= set(observer.gains)
         if by_rule:
             chosen = default_gains(name, machine, level, wide)
-        start = {key: value for key, value in begin.values.items() if key in OBSERVERS[name].states}
+        start = {key: value for key, value in begin.values.items() if key in observer.states}
         start |= (study_initial or {}).get(name, {})
-        start |= {key: value for key, value in (initial or {}).items() if len(names) == 1 or key in OBSERVERS[name].states}
+        start |= {key: value for key, value in (initial or {}).items() if len(names) == 1 or key in observer.states}
         made.append(Runner(name, machine, treatment, {**chosen, **mine}, start, survey.sample_time, level.longest_line,
                            begun=begin, by_rule=by_rule))
     for given, kind in ((gains or {}, "gain"), (initial or {}, "state")):
         for key in given:
-            if not any(key in (r.gains if kind == "gain" else OBSERVERS[r.name].states) for r in made):
-                raise InputError(f"{key} is not a {kind} of {', '.join(names)}")
+            if not any(key in (r.gains if kind == "gain" else r.observer.states) for r in made):
+                raise InputError(f"{key} is not a {kind} of {', '.join(r.name for r in made)}")
+    labels = [one.name for one in made]
+    if twice := [label for label in labels if labels.count(label) > 1]:
+        raise InputError(f"two observers are called {twice[0]}; give one of the files another name= in its OBSERVER")
     return made
 
 
@@ -259,10 +271,10 @@ def estimate(
         if block.omega is not None:
             values["omega"] = block.omega
         shape = (len(observers), len(block))
-        further = (state for runner in observers for state in OBSERVERS[runner.name].states)
+        further = (state for runner in observers for state in runner.observer.states)
         values |= {name: np.full(shape, np.nan) for name in dict.fromkeys((*ESTIMATES, *further))}
         for n, runner in enumerate(observers):
-            observer = OBSERVERS[runner.name]
+            observer = runner.observer
             x = runner.take(before, block)
             for name, column in zip(observer.states, x, strict=True):
                 values[name][n] = column

@@ -25,6 +25,7 @@ from __future__ import annotations
 import math
 
 from imo_analysis.equations.catalogue import OBSERVERS
+from imo_analysis.equations.own import is_file
 from imo_analysis.errors import InputError
 from imo_analysis.machine import InductionMachine
 from imo_analysis.replay.check import Level
@@ -71,8 +72,13 @@ def default_gains(kind: str, machine: InductionMachine, level: Level, bandwidth:
     Raises
     ------
     InputError
-        If flux or bandwidth is not positive.
+        If flux or bandwidth is not positive, or the observer is one of the user's own.
     """
+    observer = OBSERVERS[kind]
+    if is_file(kind):
+        raise InputError(f"{observer.name}: the rule has no gains for an observer of your own; give all of them "
+                         f"({', '.join(observer.gains)}) with --gain NAME=X, or a study with [observers.NAME.gains] as "
+                         "--machine, without --rule and --bandwidth")
     if not (math.isfinite(bandwidth) and bandwidth > 0):
         raise InputError(f"bandwidth = {bandwidth:g} rad/s must be above 0 rad/s")
     if not (math.isfinite(level.flux) and level.flux > 0 and level.turned >= LEAST_TURN):
@@ -93,4 +99,4 @@ def default_gains(kind: str, machine: InductionMachine, level: Level, bandwidth:
         "alpha_l": machine.alpha / 2, "delta": machine.alpha / 10, "l_1": k_1, "l_2": 0.0, "l_3": 0.0, "l_4": 0.0, "h": K_p,
         "k": k, "eta": FORGETTING, "S_0": EXCITED_SHARE * (machine.beta * level.flux) ** 2,
     }
-    return {name: values[name] for name in OBSERVERS[kind].gains}
+    return {name: values[name] for name in observer.gains}

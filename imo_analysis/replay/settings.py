@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
@@ -12,6 +13,7 @@ from imo_analysis.equations.catalogue import OBSERVERS
 from imo_analysis.errors import InputError
 from imo_analysis.files import read_toml
 from imo_analysis.machine import PRESETS, InductionMachine, readable
+from imo_analysis.study import located_table
 from imo_analysis.study_replay import Replay, read_replay
 from imo_analysis.study_tables import ObserverSettings
 
@@ -69,8 +71,10 @@ def load_settings(name: str) -> Settings:
         raise InputError(f"{name}: observers must be tables, [observers.NAME]")
     found: dict[str, tuple[str, ObserverSettings]] = {}
     for own, table in tables.items():
-        one = _settings(table if not isinstance(table, dict) or "kind" in table else {"kind": own, **table},
-                        f"{name}: observers.{own}")
+        where = f"{name}: observers.{own}"
+        if isinstance(table, dict):
+            table = located_table({"kind": own, **table}, where, Path(name).parent)
+        one = _settings(table, where)
         if one.kind not in found or own == one.kind:
             found[one.kind] = (own, one)
     return Settings(name, InductionMachine.load(name), read_replay(data.get("replay", {}), name), found)

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from imo_analysis.equations.own import is_file, shown
 from imo_analysis.errors import InputError
 from imo_analysis.pencils.error import OperatingPoint
 from imo_analysis.study import Study
@@ -99,6 +100,9 @@ def tunable(study: Study, names: Sequence[str] = ()) -> list[str]:
         if kind.startswith("printed"):
             raise InputError(f"observer {name!r} cannot be tuned: the z feedback of {kind} is unstable at speed; consistent_12 "
                              "and repaired are its corrections")
+        if is_file(kind):
+            raise InputError(f"observer {name!r} ({shown(kind)}) cannot be tuned: the search does not know how gains of "
+                             "your own act; vary them with imo sweep, in [sweep.fields]")
         if kind not in TUNABLE:
             raise InputError(f"observer {name!r} of kind {kind} cannot be tuned; kinds that can: {', '.join(TUNABLE)}")
     found = wanted or [name for name, settings in study.observers.items() if settings.kind in TUNABLE]
