@@ -311,9 +311,12 @@ vary(run, kappa=(0.0, 60.0, 5.0), omega_hat=(-100.0, 200.0, 20.0), share=(0.0, 1
 # %% [markdown]
 # ## Where to go from here
 #
-# To make an observer a citizen of the toolkit: a plain function in `imo_analysis/equations/`, a line in `catalogue.py`, a
-# second form in `ledger/complex_forms.py` against which every token of it is tried. Then `imo poles`, `imo simulate`,
-# `imo excite` and `imo sweep` know it. For your own paper, `ledger/audit.py` alone will do, as above.
+# Put the function into a file, with its states and gains by name, and write the file's name where a study has the name of an
+# observer: `kind = "mine.py"`. `imo study` then says, exactly, whether your estimates stay right once they are right, and
+# `imo simulate`, `imo poles`, `imo sweep`, `imo replay` and `imo report` run it beside the others (manual, "My own observer").
+# For your own paper, `ledger/audit.py` will do, as above. To make it a citizen of the toolkit: a function in
+# `imo_analysis/equations/`, a line in `catalogue.py`, a second form in `ledger/complex_forms.py` against which every token of
+# it is tried.
 #
 # Three questions to keep:
 #

@@ -29,7 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--at", metavar="OMEGA", help="speed where it is not swept, in rad/s or as 30 rpm")
     parser.add_argument("--full", metavar="SLIP", help="with the adaptation, running at this slip, in rad/s or with a unit")
     parser.add_argument("--observer", metavar="NAME", nargs="+", action="extend",
-                        help="of study or catalogue, or all; else the study's")
+                        help="of study or catalogue, mine.py, all; else the study's")
     parser.add_argument("--machine", metavar="FILE", help="machine file or preset in place of the study's machine")
     parser.add_argument("--tune", metavar="D:Z:W",
                         help="gains for decay D (1/s) and damping Z up to speed W (rad/s), both ways")

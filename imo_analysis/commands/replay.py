@@ -26,7 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("log", metavar="LOG", help="CSV with a header line, or .parquet")
     add("--machine", metavar="FILE", required=True, help="TOML with [machine] and perhaps [replay], or a preset")
-    add("--observer", action="append", metavar="NAME", help="observer, more by commas, or all (default: repaired)")
+    add("--observer", action="append", metavar="NAME", help="or mine.py, more by commas, or all (default: repaired)")
     add("--out", metavar="EST.nc", help="write the estimates")
     add("--every", type=int, default=1, metavar="N", help="write one sample in N")
     add("--plot", metavar="FILE.svg", help="draw the speeds and their errors")

@@ -78,7 +78,7 @@ def load(kind: str, known: Container[str] = ()) -> Observer:
     Parameters
     ----------
     kind : str
-        As `located` takes it.
+        As `located` gives it.
     known : container of str
         Names that it must not have.
 
@@ -88,9 +88,10 @@ def load(kind: str, known: Container[str] = ()) -> Observer:
         If it cannot be had: the text names the file, where possible the line, and the fix.
     """
     if kind not in _loaded:
-        kind = located(kind)
-    if kind not in _loaded:
         place, _, mark = kind.rpartition("#")
+        if not place:
+            raise InputError(f"observer = {kind!r} is a file, which may change; give located({kind!r}) of "
+                             "imo_analysis.equations.own, which says which text of it is meant")
         text = _text(Path(place))
         if _mark(text) != mark:
             raise InputError(f"{place} has changed: the hash of its text now begins with {_mark(text)}, and what was computed "
@@ -197,7 +198,7 @@ def _flat(error: BaseException) -> str:
     return " ".join((error.msg if isinstance(error, SyntaxError) else str(error)).split()) or "no more is said"
 
 
-def _checked(observer: Observer, text: bytes, place: str, known: Container[str]) -> Observer:
+def _checked(observer: Observer, source: bytes, place: str, known: Container[str]) -> Observer:
     """The observer, if everything about it can be used."""
     if not isinstance(observer.name, str) or not _NAME.fullmatch(observer.name):
         raise InputError(f"{place}: name = {observer.name!r} must be 1 to 60 letters, digits, spaces, _ + - . beginning with a "
@@ -205,11 +206,12 @@ def _checked(observer: Observer, text: bytes, place: str, known: Container[str])
     if observer.name in known:
         raise InputError(f"{place}: name = {observer.name!r} is an observer of the catalogue; choose another")
     for field in ("source", "meaning"):
-        if not isinstance(getattr(observer, field), str):
-            raise InputError(f"{place}: {field} = {getattr(observer, field)!r} must be text")
+        text = getattr(observer, field)
+        if not (isinstance(text, str) and text.isprintable() and 0 < len(text) <= 200) or {"$", "`"} & {*text}:
+            raise InputError(f"{place}: {field} = {str(text)[:60]!r} must be one line of 1 to 200 characters, without $ and `")
     _check_names(observer, place)
     _check_units(observer, place)
-    tree = ast.parse(text, place)
+    tree = ast.parse(source, place)
     for field, wanted in _SIGNATURES.items():
         function = getattr(observer, field)
         if not isinstance(function, types.FunctionType):
@@ -254,17 +256,20 @@ def _check_units(observer: Observer, place: str) -> None:
             raise InputError(f"{place}: units has {name!r}, which is neither a state nor a gain")
     for name in (*observer.states, *observer.gains):
         given = observer.units.get(name)
-        try:
-            if given is not None and not isinstance(given, str):
-                raise InputError(f"unit {given!r} is not text")
-            if given is not None and not in_table(name):
+        if given is None:
+            if not in_table(name):
+                raise InputError(f"{place}: {name} is not in the notation; say its unit, units={{{name!r}: '1/s'}}, or '1' for "
+                                 "a pure number")
+            continue
+        if not isinstance(given, str):
+            raise InputError(f"{place}: units has {name} in {given!r}, which is not text")
+        if not in_table(name):
+            try:
                 declare(name, given, place)
-            unit = symbol(name).unit
-        except InputError as error:
-            unknown = f"{name} is not in the notation; say its unit, units={{{name!r}: '1/s'}}, or '1' for a pure number"
-            raise InputError(f"{place}: {unknown if given is None else error}") from None
-        if given is not None and given != unit:
-            raise InputError(f"{place}: units has {name} in {given!r}; it is in {unit!r} everywhere")
+            except InputError as error:
+                raise InputError(f"{place}: {error}") from None
+        elif given != symbol(name).unit:
+            raise InputError(f"{place}: units has {name} in {given!r}; it is in {symbol(name).unit!r} everywhere")
 
 
 def _check_numbers(observer: Observer, place: str) -> None:

@@ -6,7 +6,8 @@ What the fences mean:
   code of the command before, which is 0 where it is not shown. A block without output is run all the same.
 - ``toml``: a file, whose first line has its name, ``# motor.toml``; without a name, a part of a study, merged over the paper's.
   Both are read as the program reads them; a file that it refuses must be shown to be refused.
-- ``python``: run, all blocks of a page in one namespace; a ``text`` block that follows is what it prints.
+- ``python``: run, all blocks of a page in one namespace; a ``text`` block that follows is what it prints. One whose first line
+  is a name, ``# mine.py``, is a file that the blocks below it read.
 - ``sh``: lines to type, run without a look at what they print; what cannot be run in place is in `SETUP`, with where it is.
 - ``math`` and directives in braces belong to Sphinx. Any other fence is a fault, so that no block goes unchecked.
 
@@ -36,7 +37,7 @@ from imo_analysis.tuning.start import study_of
 TOP = Path(__file__).resolve().parents[2]
 MANUAL = TOP / "manual"
 _FENCE = re.compile(r"^(?P<mark>`{3,}|~{3,}|:{3,})(?P<kind>\S*)[^\n]*\n(?P<body>.*?)^(?P=mark)[ ]*$", re.DOTALL | re.MULTILINE)
-_NAMED = re.compile(r"#\s*([\w.-]+\.toml)\b")
+_NAMED = re.compile(r"#\s*([\w.-]+\.(?:toml|py))\b")
 
 
 @dataclass(frozen=True)
@@ -112,6 +113,8 @@ def execute(text: str, check: Callable[[str, list[str], str], None]) -> int:
             shown = [line for line in text.splitlines() if line.startswith("imo: ")]
             if (fault := _toml(block)) and not any(matches([line], f"{fault}\n") for line in shown):
                 raise InputError(f"line {block.line}: {fault}, and the page does not show that")
+        elif block.kind == "python" and (named := _NAMED.match(block.text)):
+            Path(named[1]).write_text(block.text, encoding="utf-8")
         elif block.kind == "python":
             output = io.StringIO()
             with contextlib.redirect_stdout(output):
@@ -182,7 +185,7 @@ SETUP = {
 
 # file that a page takes from another -> the page that has it
 ELSEWHERE = {"motor.toml": "manual/tutorial.md"}
-_FILE = re.compile(r"[\w./-]+\.(?:toml|nc|csv|parquet|json|svg)")
+_FILE = re.compile(r"[\w./-]+\.(?:py|toml|nc|csv|parquet|json|svg)")
 _WRITTEN = ("out", "plot", "map", "json", "init", "duty")  # options whose files a command writes
 _NO_COMMAND = ("is off", "is lost", 'with sized("slide")', "kg m^2", "kg cm^2")  # verdicts of a run, Python, units
 
@@ -236,7 +239,7 @@ def _commands(text: str) -> Iterator[tuple[str, bool]]:
         if block is None:
             return
         position, body = block.end(), block["body"]
-        if block["kind"] == "toml" and (named := _NAMED.match(body)):
+        if block["kind"] in ("toml", "python") and (named := _NAMED.match(body)):
             yield f"imo study --init {named[1]}", False
         elif block["kind"] == "console":
             yield from ((one, False) for one, _ in consoles(body) if one.startswith("imo "))

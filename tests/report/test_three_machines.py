@@ -7,17 +7,14 @@ observers that lose the speed and one that overflows. What the same for every ma
 import html
 import json
 import re
-from collections.abc import Iterator
-from contextlib import contextmanager
-from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 import xarray as xr
+from light_dossier import light
 
-from imo_analysis.ledger.book import entries
 from imo_analysis.report.dossier import Written, write_dossier
 from imo_analysis.simulation import judge
 from imo_analysis.study import Study
@@ -76,11 +73,6 @@ def wrong() -> Study:
     return shortened(data, 100.0, machine={**fields, "R_r": 1.1 * machine.R_r, "name": "wrong alpha"})
 
 
-@cache
-def settled() -> Any:
-    return entries(("flint",))
-
-
 CASES = {"small": small, "large": large, "wrong": wrong}
 
 
@@ -91,34 +83,6 @@ class Made(NamedTuple):
     written: Written
     text: str
     out: Path
-
-
-@contextmanager
-def light() -> Iterator[None]:
-    """Without what is the same for every machine: ledger and proofs on Table II are tested elsewhere, the modulation too."""
-    from imo_analysis.report import checks, drive, modulation
-
-    seen: dict[str, Any] = {}
-
-    @contextmanager
-    def beside(path: Path, file: Path) -> Iterator[None]:
-        seen["no_map"] = drive.compute(Study.load(file), path.parent)
-        yield None
-
-    nothing = {"claims": 0, "tried": 0, "rejected": {}, "equivalent": [], "missed": []}
-    code = {"functions": 0, "tried": 0, "killed": 0, "equivalent": [], "survived": [], "unchecked": []}
-
-    def collect(worker: None, path: Path) -> dict[str, Any]:
-        path.write_text("{}", encoding="utf-8")
-        return {"mutants": nothing, "definition_mutants": code, "constants": [], "refutations": [],
-                "searched": {"results": [], "refused": ["left out"]}, **seen}
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(checks, "beside", beside)
-        patch.setattr(checks, "collect", collect)
-        patch.setattr("imo_analysis.ledger.book.entries", lambda kernels=(): settled())
-        patch.setattr(modulation, "modulation", lambda study, folder: None)
-        yield
 
 
 @pytest.fixture(scope="module", params=CASES)
