@@ -192,8 +192,8 @@ def _full_table(
 def _title(label: str, setup: Setup) -> str:
     from imo_analysis.equations.catalogue import OBSERVERS
 
-    return (f"{label} ({OBSERVERS[setup.observer].name}), alpha = {setup.machine.alpha:.4f} /s, "
-            + ", ".join(f"{name} = {value:g}" for name, value in setup.gains.items()))
+    return (f"{label} ({OBSERVERS[setup.observer].name}), alpha = {setup.machine.alpha:.4f} /s"
+            + "".join(f", {name} = {value:g}" for name, value in setup.gains.items()))
 
 
 def _complex(value: complex) -> str:

@@ -325,7 +325,8 @@ def _report(
             say(args, f"{name}: diverged at t = {one['lost_at']:.6g} s; its estimates end there")
             continue
         missed = 100 * one["current_error_share"]
-        say(args, f"{name}: last omega_hat {one['omega_hat']:.5g} rad/s, current error {missed:.2g} %")
+        say(args, f"{name}: last omega_hat {one['omega_hat']:.5g} rad/s"
+                  + (f", current error {missed:.2g} %" if math.isfinite(missed) else ", and no estimate of the currents"))
         if one["speed_error_rms"] is not None:
             std, mean, rms, peak = (one[f"speed_error_{key}"] for key in ("std", "mean", "rms", "peak"))
             say(args, f"  {_settled(one['settled_at'])}; from {one['counted_from']:.4g} s on: speed error std {std:.3g}, "

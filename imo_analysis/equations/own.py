@@ -33,7 +33,7 @@ TAKEN = frozenset((
     "time", "t", "observer", "i_ds_meas", "i_qs_meas", "u_ds_told", "u_qs_told", "J", "B", "n_p", "L_s", "L_r", "R_r", "gamma",
     "mu", *PARAMETERS))
 # Quantities of the machine that a state NAME_hat estimates.
-ESTIMATED = ("i_ds", "i_qs", "phi_dr", "phi_qr", "z_1", "z_2", "xi_1", "xi_2", "psi_ds", "psi_qs", "omega", *PARAMETERS)
+ESTIMATED = ("i_ds", "i_qs", "phi_dr", "phi_qr", "z_1", "z_2", "xi_1", "xi_2", "omega", *PARAMETERS)
 _KIND = re.compile(r"(?P<path>.+\.py)(?:#(?P<mark>[0-9a-f]{12}))?")
 _NAME = re.compile(r"\w[\w +.-]{0,59}")
 _SIGNATURES = {"rates": ("x", "i", "u", "direction", "p", "gains"), "flux": ("x", "i", "beta")}
@@ -139,13 +139,12 @@ def astray(observer: Observer) -> list[str]:
 
 def _machine(i: Any, phi: Any, u: Any, omega: Any, p: Any) -> tuple[dict[str, Any], dict[str, Any]]:
     """Quantities of the machine that a state may estimate, and the rates of those that move at constant speed."""
-    _, _, sigma, beta, _ = p
     rates = plant((*i, *phi, omega), u, 0, 0, (*p, 0, 0, 1))[:4]
 
     def every(i_ds: Any, i_qs: Any, phi_dr: Any, phi_qr: Any) -> dict[str, Any]:
-        z_1, z_2 = to_z(i_ds, i_qs, phi_dr, phi_qr, beta)
+        z_1, z_2 = to_z(i_ds, i_qs, phi_dr, phi_qr, p[3])
         return {"i_ds": i_ds, "i_qs": i_qs, "phi_dr": phi_dr, "phi_qr": phi_qr, "z_1": z_1, "z_2": z_2, "xi_1": z_1,
-                "xi_2": z_2, "psi_ds": sigma * z_1, "psi_qs": sigma * z_2}
+                "xi_2": z_2}
 
     return {**every(*i, *phi), "omega": omega, **dict(zip(PARAMETERS, p, strict=True))}, every(*rates)
 
@@ -241,6 +240,9 @@ def _check_names(observer: Observer, place: str) -> None:
             if name in TAKEN:
                 estimate = f"; its estimate is {name}_hat" if field == "states" else ""
                 raise InputError(f"{place}: {field[:-1]} {name} is a name of the machine or of a run{estimate}; choose another")
+    if {"psi_ds_hat", "psi_qs_hat"} & {*observer.states}:
+        raise InputError(f"{place}: states psi_ds_hat, psi_qs_hat: write z_1_hat, z_2_hat, the stator flux over sigma, from "
+                         "which flux(x, i, beta) has the rotor flux as (z - i)/beta")
     both = [*observer.states, *observer.gains]
     if twice := [name for name in both if both.count(name) > 1]:
         raise InputError(f"{place}: {twice[0]} is there twice among states and gains; give each a name of its own")

@@ -64,8 +64,7 @@ class OperatingPoint:
         u_ds, u_qs = (-row * sigma for row in no_voltage[:2])
         z_1, z_2 = transformation.to_z(i_ds, i_qs, self.flux, 0.0, beta)
         return {"i_ds": i_ds, "i_qs": i_qs, "phi_dr": self.flux, "phi_qr": 0.0, "z_1": z_1, "z_2": z_2, "xi_1": z_1,
-                "xi_2": z_2, "psi_ds": sigma * z_1, "psi_qs": sigma * z_2, "u_ds": u_ds, "u_qs": u_qs,
-                "omega": self.omega, "stator_frequency": frame}
+                "xi_2": z_2, "u_ds": u_ds, "u_qs": u_qs, "omega": self.omega, "stator_frequency": frame}
 
 
 def gain_values(name: str, gains: Gains, needed: Sequence[str] | None = None) -> dict[str, float]:

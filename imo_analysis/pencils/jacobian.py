@@ -145,9 +145,7 @@ def derive(name: str, kind: Kind) -> Jacobian:
     flux = exact(observer.flux)(estimate, currents, parameters["beta"])
     for k, base in enumerate(("phi_dr", "phi_qr")):
         if base not in errors:
-            z = [true[name] if name in true else true[flux] / parameters["sigma"]
-                 for name, flux in (("z_1", "psi_ds"), ("z_2", "psi_qs"))]
-            truth = transformation.from_z(true["i_ds"], true["i_qs"], z[0], z[1], parameters["beta"])[k]
+            truth = transformation.from_z(true["i_ds"], true["i_qs"], true["z_1"], true["z_2"], parameters["beta"])[k]
             outputs[base] = truth - flux[k]
 
     variables = [*errors.values(), *noise.values(), *moving.values()]
@@ -193,10 +191,6 @@ def true_rates(true: Any, voltages: Any, p: Any) -> dict[str, Any]:
         whole = plant.plant_z((i_ds, i_qs, true["z_1"], true["z_2"]), voltages, omega, 0, p)
         rates |= dict(zip(("i_ds", "i_qs", "z_1", "z_2"), whole, strict=True))
         rates |= {"xi_1": rates["z_1"], "xi_2": rates["z_2"]}
-    if "psi_ds" in true:
-        sigma = p[2]
-        whole = plant.plant_z((i_ds, i_qs, true["psi_ds"] / sigma, true["psi_qs"] / sigma), voltages, omega, 0, p)
-        rates |= dict(zip(("i_ds", "i_qs", "psi_ds", "psi_qs"), (*whole[:2], sigma * whole[2], sigma * whole[3]), strict=True))
     return rates
 
 

@@ -168,4 +168,4 @@ def _truth(i: Any, phi: Any, omega: Any, p: Any) -> dict[str, Any]:
     """Every quantity of `ESTIMATED`, from currents, fluxes, speed and parameters."""
     z_1, z_2 = to_z(i[0], i[1], phi[0], phi[1], p[3])
     return {"i_ds": i[0], "i_qs": i[1], "phi_dr": phi[0], "phi_qr": phi[1], "z_1": z_1, "z_2": z_2, "xi_1": z_1, "xi_2": z_2,
-            "psi_ds": p[2] * z_1, "psi_qs": p[2] * z_2, "omega": omega, **dict(zip(PARAMETERS, p, strict=True))}
+            "omega": omega, **dict(zip(PARAMETERS, p, strict=True))}

@@ -48,7 +48,7 @@ def observer_system(kind: str, machine: InductionMachine, gains: dict[str, float
     Parameters
     ----------
     kind : str
-        Its name in `equations.catalogue.OBSERVERS`.
+        Its name in `equations.catalogue.OBSERVERS`, or a file as `equations.own.located` gives it.
     machine : InductionMachine
         The machine as the observer believes it to be.
     gains : dict of str to float
@@ -65,11 +65,9 @@ def observer_system(kind: str, machine: InductionMachine, gains: dict[str, float
     InputError
         If there is no such kind, or a gain is missing or too many.
     """
-    if kind not in OBSERVERS:
-        raise InputError(f"observer = {kind!r} is not known; choose one of: {', '.join(OBSERVERS)}")
     observer = OBSERVERS[kind]
     if set(gains) != set(observer.gains):
-        raise InputError(f"gains of {kind} must be {', '.join(observer.gains)}, not {', '.join(gains) or 'none'}")
+        raise InputError(f"gains of {observer.name} must be {', '.join(observer.gains)}, not {', '.join(gains) or 'none'}")
     values = tuple(float(gains[name]) for name in observer.gains)
     parameters = machine.observer_parameters
     flux = tuple(name for name in ("phi_dr_hat", "phi_qr_hat") if name not in observer.states)
@@ -81,4 +79,4 @@ def observer_system(kind: str, machine: InductionMachine, gains: dict[str, float
         return (*x, *(observer.flux(tuple(x), (u[0], u[1]), machine.beta) if flux else ()))
 
     return ct.nlsys(update, output, inputs=["i_ds", "i_qs", "u_ds", "u_qs", "omega"], states=list(observer.states),
-                    outputs=[*observer.states, *flux], name=kind)
+                    outputs=[*observer.states, *flux], name=observer.name)

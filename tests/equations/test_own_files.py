@@ -57,6 +57,7 @@ def lines(*body):
     (own_text(tail=TAIL.replace('"omega_hat", ', '"w", ')), "phi_qr_hat, w, R_s_shift lack omega_hat, the estimate of"),
     (own_text(tail=TAIL.replace('"i_ds_hat"', '"i_ds"')), "state i_ds is a name of the machine or of a run; its estimate"),
     (own_text(tail=TAIL.replace('gains=("l_1"', 'gains=("R_s"')), "gain R_s is a name of the machine or of a run"),
+    (own_text(tail=TAIL.replace('"phi_dr_hat", "phi_qr_hat"', '"psi_ds_hat", "psi_qs_hat"')), "write z_1_hat, z_2_hat,"),
     (own_text(tail=TAIL.replace('"l_2"', '"l_1"')), "l_1 is there twice among states and gains"),
     (own_text(tail=TAIL.replace('name="mine"', 'name="repaired"')), "name = 'repaired' is an observer of the catalogue"),
     (own_text(tail=TAIL.replace('name="mine"', 'name="a/b"')), "name = 'a/b' must be 1 to 60 letters"),
