@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from imo_analysis.equations.own import is_file
 from imo_analysis.errors import InputError
 from imo_analysis.report.scenarios import Drawn, keep
 from imo_analysis.simulation.judge import R_S_OFF
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 
 FEATURES, MAP = "features.nc", "sensorless.nc"
 LONGEST, LATE = 6.0, 0.25  # s of the run for each feature, and the last share of it over which errors are taken
-MOST = 4  # observers in the map: the first of the study
+MOST = 4  # observers of the catalogue in the map: the first of the study; those of the user's own are all in it
 
 
 @dataclass(frozen=True)
@@ -46,6 +47,12 @@ def featured(study: Study) -> str | None:
     return most if counts[most] else None
 
 
+def mapped(study: Study) -> list[str]:
+    """The observers that stand in the map, in the order of the study."""
+    first = [name for name, one in study.observers.items() if not is_file(one.kind)][:MOST]
+    return [name for name, one in study.observers.items() if name in first or is_file(one.kind)]
+
+
 def compute(study: Study, folder: Path) -> str:
     """Run both and write them to ``folder``; the text says why there is no map, or is empty."""
     from imo_analysis.simulation.runfile import write_netcdf
@@ -59,7 +66,7 @@ def compute(study: Study, folder: Path) -> str:
         short = chosen.changed({"simulation.duration": stop, "windows": []})
         write_netcdf(_with_layers(feature_costs(short, (1 - LATE) * stop, stop), short, study), folder / FEATURES)
     try:
-        write_netcdf(study_map(study, list(study.observers)[:MOST], jobs=1), folder / MAP)
+        write_netcdf(study_map(study, mapped(study), jobs=1), folder / MAP)
     except InputError as error:
         return str(error)
     return ""

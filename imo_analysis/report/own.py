@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from imo_analysis.equations.catalogue import OBSERVERS
+from imo_analysis.equations.own import astray, is_file, shown
 from imo_analysis.nameplate import guessed_range
 from imo_analysis.report.metrics import Resting
 from imo_analysis.report.page import number
@@ -84,6 +85,16 @@ class Standing:
     def works(self) -> bool:
         """See the head of this file."""
         return bool(self.limits) and self.limits[0].bears
+
+
+def meaning(kind: str) -> str:
+    """What the catalogue or the user's file says of an observer; of one in a file, too, whether right estimates stay right."""
+    observer = OBSERVERS[kind]
+    if not is_file(kind):
+        return observer.meaning
+    off = ", ".join(f"`{row}`" for row in astray(observer))
+    stays = f"right estimates leave the machine in {off}" if off else "right estimates stay right"
+    return f"{observer.meaning}; in `{shown(kind)}`, where {stays}"
 
 
 def standings(study: Study, scenarios: Sequence[Scenario], plane: xr.Dataset | None) -> list[Standing]:
@@ -158,7 +169,7 @@ def advice(study: Study, found: Sequence[Standing], plane: xr.Dataset | None, re
     asked = f"{100 * R_S_OFF:g} % either way is asked for"
     if able:
         said = f"Take `{chosen.observer}`: driven by it alone, the machine holds {where} {bounds} ({asked})."
-        rest = [f"`{one.observer}`" for one in found if not one.works]
+        rest = [f"`{one.observer}`" for one in found if one.limits and not one.works]
         said += f" {where_it_fails(plane, chosen.observer)}"
         said += f" It does not hold so with {', '.join(rest)}." if rest else ""
     else:
@@ -195,7 +206,7 @@ def verdicts(study: Study, found: Sequence[Standing], plane: xr.Dataset | None) 
     """A sentence on each observer, best first: the map, the limits of R_s, and the runs in which it is off, with the size."""
     n_p, lines = study.machine.n_p, []
     for one in found:
-        line = f"`{one.observer}` ({_WHAT.get(one.kind) or OBSERVERS[one.kind].meaning})"
+        line = f"`{one.observer}` ({_WHAT.get(one.kind) or meaning(one.kind)})"
         if plane is not None and one.limits:
             first = one.limits[0]
             point = f"at {first.omega:.4g} rad/s and {plane.attrs['limit_torque']:.4g} N m"

@@ -6,10 +6,10 @@ import math
 from collections.abc import Sequence
 
 from imo_analysis.equations.catalogue import OBSERVERS
-from imo_analysis.equations.own import astray, is_file, shown
 from imo_analysis.notation import symbol
 from imo_analysis.report.figure_claims import figure_claims
 from imo_analysis.report.metrics import BAND, Resting
+from imo_analysis.report.own import meaning
 from imo_analysis.report.page import Chapter, Html, answer, beside, figure, inline, join, number, prose, table, tag
 from imo_analysis.report.paper_machine import is_paper
 from imo_analysis.report.scenarios import Divergence, Scenario, at_end, not_drawn, outcome
@@ -23,21 +23,11 @@ Z_FEEDBACKS = ("printed_7", "printed_L", "consistent_12")  # kinds that differ i
 _NOT_PRINTED = "The paper prints neither its gains nor its whole speed profile. "
 
 
-def _meaning(kind: str) -> str:
-    """What the catalogue or the user's file says of an observer; of one in a file, too, whether right estimates stay right."""
-    observer = OBSERVERS[kind]
-    if not is_file(kind):
-        return observer.meaning
-    off = ", ".join(f"`{row}`" for row in astray(observer))
-    return f"{observer.meaning} (`{shown(kind)}`; " + (f"with right estimates {off} leaves the machine)" if off else
-                                                      "right estimates stay right)")
-
-
 def simulations_chapter(study: Study, scenarios: Sequence[Scenario], divergences: Sequence[Divergence]) -> Chapter:
     """Every scenario of the study: the run, its windows, and the numbers of both."""
     papers = is_paper(study.machine)
     observers = [
-        (name, typeset(_meaning(one.kind)), OBSERVERS[one.kind].source,
+        (name, typeset(meaning(one.kind)), OBSERVERS[one.kind].source,
          inline(", ".join(f"${symbol(gain).latex} = {value:g}$" for gain, value in one.gains.items())))
         for name, one in study.observers.items()
     ]
