@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from imo_analysis.equations.own import shown
 from imo_analysis.errors import InputError
 from imo_analysis.excitation.bounds import Measurement, bounds_over_speed, held_torque_along, slip_at
 from imo_analysis.excitation.ripple import torque_ripple
@@ -295,7 +296,7 @@ def search(plant: Plant, wanted: Wanted, frequencies: Sequence[float] = FREQUENC
     has `_SAMPLES` samples and fits into the time.
     """
     if plant.kind not in KINDS:
-        raise InputError(f"observer kind {plant.kind!r} has no design; choose one of: {', '.join(KINDS)}")
+        raise InputError(f"observer kind {shown(plant.kind)!r} has no design; choose one of: {', '.join(KINDS)}")
     found: list[Design] = []
     deepest: list[Design] = []
     for waveform in WAVES if plant.drive else ("sine",):

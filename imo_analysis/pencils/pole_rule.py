@@ -31,6 +31,7 @@ from math import isfinite, sqrt
 
 import numpy as np
 
+from imo_analysis.equations.own import shown
 from imo_analysis.errors import InputError
 from imo_analysis.machine import InductionMachine
 from imo_analysis.pencils.error import OperatingPoint, frozen_matrix, poles
@@ -94,7 +95,7 @@ def tune(
         If the wish is not one (signs, NaN), or no gains of this kind meet it.
     """
     if observer not in TUNABLE:
-        raise InputError(f"observer = {observer!r} has no tuning rule; choose one of: {', '.join(TUNABLE)}")
+        raise InputError(f"observer = {shown(observer)!r} has no tuning rule; choose one of: {', '.join(TUNABLE)}")
     if not (isfinite(decay) and decay > 0):
         raise InputError(f"decay = {decay} must be above 0 /s")
     if not 0 < damping < 1:

@@ -17,6 +17,7 @@ from imo_analysis.equations.catalogue import OBSERVERS
 from imo_analysis.equations.own import located
 from imo_analysis.errors import InputError
 from imo_analysis.pencils.error import OperatingPoint, poles_at
+from imo_analysis.pencils.operating import poles_with_errors
 from imo_analysis.replay.estimate import Treatment, estimate
 from imo_analysis.report.dossier import write_dossier
 from imo_analysis.simulation.run import simulate
@@ -241,6 +242,8 @@ def test_a_copy_has_the_same_poles(copies, kind):
     for which in ("frozen", "full"):
         first, second = (poles_at(machine, one, gains, point, which) for one in (kind, kinds[kind]))
         np.testing.assert_array_equal(first, second)
+    first, second = (poles_with_errors(machine, one, gains, point, {"R_s": 0.1})[0] for one in (kind, kinds[kind]))
+    np.testing.assert_array_equal(first, second)
 
 
 @pytest.mark.parametrize("kind", COPIED)

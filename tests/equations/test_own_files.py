@@ -3,14 +3,16 @@
 import os
 from fractions import Fraction
 
+import numpy as np
 import pytest
 from own_files import ADAPTED, HEAD, TAIL, copy_of, own_text
 
 from imo_analysis.equations import own, plain
 from imo_analysis.equations.catalogue import OBSERVERS
 from imo_analysis.errors import InputError
+from imo_analysis.machine import PRESETS
 from imo_analysis.notation import symbol
-from imo_analysis.pencils.error import OperatingPoint
+from imo_analysis.pencils.error import OperatingPoint, poles_at
 from imo_analysis.pencils.jacobian import derive
 from imo_analysis.pencils.own import check_derivative, departures, size_of
 
@@ -163,6 +165,20 @@ def test_a_derivative_that_is_wrong_is_noticed(tmp_path, monkeypatch):
     monkeypatch.setattr(module, "derive", lambda name, which: type(right)(**{**vars(right), "matrix": broken}))
     with pytest.raises(AssertionError, match=r"mine: entry 2, 3 of its frozen dynamics is .* by differentiation and"):
         check_derivative(kind)
+
+
+def test_an_observer_without_currents_and_gains_has_the_machine_s_own_poles(tmp_path):
+    """The rotor equation run beside the machine: -alpha +- j omega at known speed, and an R_s_hat that decays with 1/s."""
+    text = ("from imo_analysis.equations.catalogue import Observer\nfrom imo_analysis.equations.plant import plant\n\n\n"
+            "def rates(x, i, u, direction, p, gains):\n    whole = plant((*i, *x[:3]), u, 0, 0, (*p, 0, 0, 1))\n"
+            "    return (*whole[2:4], 0, p[0] - x[3])\n\n\ndef flux(x, i, beta):\n    return x[:2]\n\n\n"
+            "OBSERVER = Observer('open', rates, ('phi_dr_hat', 'phi_qr_hat', 'omega_hat', 'R_s_hat'), (), flux, 'a', 'b')\n")
+    kind = written(tmp_path, text)
+    machine, point = PRESETS["table-iii"], OperatingPoint(50.0, 0.5, 2.0)
+    assert departures(kind) == {} and check_derivative(kind) > 50
+    np.testing.assert_allclose(poles_at(machine, kind, {}, point), [-machine.alpha - 50j, -machine.alpha + 50j])
+    full = poles_at(machine, kind, {}, point, "full")
+    np.testing.assert_allclose(full, [-machine.alpha - 2j, -machine.alpha + 2j, -1.0, 0.0], atol=1e-12)
 
 
 def test_decimal_numbers_become_fractions_in_functions_and_in_constants():
