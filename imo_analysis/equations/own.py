@@ -125,12 +125,13 @@ def astray(observer: Observer) -> list[str]:
             x = tuple(true.get(base, other) for base, other in zip(bases, corrections, strict=True))
             try:
                 now = dict(zip(observer.states, rates(x, i, u, direction, p, gains), strict=True))
+                estimated = flux(x, i, p[3])
             except ZeroDivisionError:
-                raise InputError(f"the rates of {observer.name} divide by zero where its estimates are right; an error must "
-                                 "not stand below a fraction line") from None
+                raise InputError(f"the rates or the flux of {observer.name} divide by zero where its estimates are right; an "
+                                 "error must not stand below a fraction line") from None
             off = [state for state, base in zip(observer.states, bases, strict=True)
                    if (base in true or not any(corrections)) and now[state] != moving.get(base, 0)]
-            off += [f"flux_{axis}" for axis, a, b in zip("dq", flux(x, i, p[3]), phi, strict=True) if a != b]
+            off += [f"flux_{axis}" for axis, a, b in zip("dq", estimated, phi, strict=True) if a != b]
             if not off:
                 break
         found |= dict.fromkeys(off)
