@@ -5,8 +5,10 @@ the error would be forgotten: slowly seen, as exp(-g/(k_1 + R_s/sigma) int (beta
 is flux_bandwidth psi^2 / 2. But the current error that corrects alpha_hat moves xi_hat too, by k_3, and when v_1 fades
 alpha_hat stands where v_1 alpha_tilde cancels what that left. `share_left` is the exact sum of both at standstill.
 
-An acceleration during the build-up moves alpha_hat as later ones do (`imo_analysis.excitation.resting`), and what it adds is
-forgotten only as far as the flux still moves. `landing` counts all of it: it integrates the error dynamics, the difference of
+An acceleration during the build-up would raise alpha_hat as later ones do (`imo_analysis.excitation.resting`), were both copies
+left alone (`left_alone`), and what it adds is forgotten only as far as the flux still moves. But the copies are corrected, and
+remember: since the flux turns past what they do, neither part need have the sign that it has at standstill or on exact copies.
+`landing` counts all of it: it integrates the error dynamics, the difference of
 the plain definitions, along the motion that the flux loop and the speed loop make of the study's first reference, with currents
 at their references. No voltage, no current loop, no sampling: these shape the first milliseconds, while the flux is too small
 to orient the drive, and are what the prediction misses.
@@ -46,6 +48,7 @@ Pair = tuple[float, float]
 Array = NDArray[np.float64]
 _BUILT_UP = 30.0  # time constants of the slower loop after which nothing of the start is left in the motion
 _ACCURACY = 1e-7
+_RESTED = 0.1  # of the speed, or of alpha, by which omega_hat may miss the family of rest states once flux and speed stand
 
 
 @dataclass(frozen=True)
@@ -98,7 +101,8 @@ def landing(study: Study, observer: str) -> Landing:
     Raises
     ------
     InputError
-        If the observer's errors grow without bound, it does not adapt alpha, or the flux is modulated.
+        If the observer's errors grow without bound, it is not at rest although flux and speed have long stood, it does not
+        adapt alpha, or the flux is modulated.
     """
     states = OBSERVERS[study.observers[observer].kind].states if observer in study.observers else ()
     if "alpha_hat" not in states:
@@ -111,6 +115,12 @@ def landing(study: Study, observer: str) -> Landing:
     time, rest = _rest_after(study, observer, start)
     bare = _rest_after(study, observer, np.where(np.arange(len(start)) == at, 0.0, start))[1] if start[at] else rest
     return Landing(time, rest, rest.alpha_hat - bare.alpha_hat, bare.alpha_hat - study.machine.alpha)
+
+
+def left_alone(study: Study, observer: str) -> Study:
+    """The study with both copies of an adaptive observer left alone: k_3 and the feedback of z_hat zero."""
+    gains = study.observers[observer].gains
+    return study.changed({f"observers.{observer}.gains.{name}": 0.0 for name in ("k_2", "kappa", "k_3") if name in gains})
 
 
 def share_left(machine: InductionMachine, gains: Mapping[str, float], flux: float, flux_bandwidth: float) -> float:
@@ -209,10 +219,16 @@ def _rest_after(study: Study, observer: str, start: Array) -> tuple[float, Rest]
     error = dict(zip(OBSERVERS[settings.kind].states, errors, strict=True))
     xi, z = (error["xi_1_hat"], error["xi_2_hat"]), (error["z_1_hat"], error["z_2_hat"])
     state = Rest(machine.alpha - error["alpha_hat"], omega - error["omega_hat"], xi, z)
-    if settings.kind != "repaired" or settings.gains["kappa"] == 0 or time < built_up:
+    if time < built_up:
         return time, state
     torque = study.load_torque.T_l[0] + machine.B * omega / machine.n_p
     slip = slip_of_torque(torque, study.drive.flux, machine.n_p, machine.L_r, machine.alpha)
+    speed, _ = drift.rest(state.alpha_hat, z, omega, slip, machine.alpha)
+    if abs(state.omega_hat - speed) > _RESTED * max(abs(omega), machine.alpha):
+        raise InputError(f"{observer!r} does not land: {time:.3g} s after the start omega_hat is {state.omega_hat:.4g} rad/s, "
+                         f"where it could rest at {speed:.4g} rad/s only; take other gains, or another observer")
+    if settings.kind != "repaired" or not settings.gains["kappa"] or not settings.gains["k_3"]:
+        return time, state
     gains = [settings.gains[name] for name in ("g", "K_p", "k_3", "kappa")]
     gains[3] *= direction_of(omega)
     return time, predict_rest(state.alpha_hat, state.omega_hat, xi, z, omega=omega, slip=slip, alpha=machine.alpha, gains=gains)

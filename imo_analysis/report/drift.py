@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -67,6 +68,8 @@ class LandingRow:
         From the study alone, and in the run just before the first step.
     predicted_xi, simulated_xi : float
         Magnitude of the error of xi_hat there, in A.
+    left_alone : float
+        Predicted, were both copies left alone (`imo_analysis.excitation.landing.left_alone`); NaN if it then does not land.
     share, share_of_exact : float
         Of a small initial error, that a build-up at standstill leaves (`imo_analysis.excitation.landing.share_left`), and that
         it would leave were xi_hat exact.
@@ -80,6 +83,7 @@ class LandingRow:
     simulated: float
     predicted_xi: float
     simulated_xi: float
+    left_alone: float
     share: float
     share_of_exact: float
 
@@ -123,7 +127,13 @@ def drift_rows(explained: dict[str, xr.Dataset], study: Study) -> list[DriftRow]
 
 def landing_rows(explained: dict[str, xr.Dataset], study: Study) -> list[LandingRow]:
     """One row an observer."""
-    from imo_analysis.excitation.landing import share_left
+    from imo_analysis.excitation.landing import landing, left_alone, share_left
+
+    def bare(name: str) -> float:
+        try:
+            return landing(left_alone(study, name), name).alpha_hat
+        except InputError:  # without their correction it does not land
+            return math.nan
 
     rows = []
     for name, data in explained.items():
@@ -134,7 +144,8 @@ def landing_rows(explained: dict[str, xr.Dataset], study: Study) -> list[Landing
                   for k_3 in (settings.gains["k_3"], 0.0))
         rows.append(LandingRow(
             name, initial, data.attrs["from_error"], data.attrs["from_motion"], float(data["step_alpha_hat"][0]),
-            float(before["alpha_hat"]), data.attrs["landing_xi_error"], float(before["xi_error"]), *shares))
+            float(before["alpha_hat"]), data.attrs["landing_xi_error"], float(before["xi_error"]),
+            bare(name), *shares))
     return rows
 
 

@@ -10,8 +10,8 @@ from synthetic import MACHINE
 from imo_analysis.equations import drift
 from imo_analysis.errors import InputError
 from imo_analysis.excitation import landing as module
-from imo_analysis.excitation.landing import landing, loops, predict_rest, share_left
-from imo_analysis.excitation.resting import predict_steps
+from imo_analysis.excitation.landing import landing, left_alone, loops, predict_rest, share_left
+from imo_analysis.excitation.resting import drift_of_step, predict_steps
 from imo_analysis.excitation.variations import landings
 from imo_analysis.study import Study
 
@@ -191,6 +191,27 @@ def test_the_other_direction_is_the_mirror_image():
     assert landing(other, "repaired").alpha_hat == pytest.approx(landing(study, "repaired").alpha_hat, abs=1e-4)
 
 
+@pytest.mark.parametrize("observer", OBSERVERS)
+def test_what_the_copies_remember_decides_the_sign(observer):
+    """At standstill an error keeps its sign and the shaft adds nothing; both turn with it, but for copies left alone."""
+    study = Study.paper()
+    still = landing(study.changed({"reference.omega": [0.0, 40.0, 100.0, 50.0]}), observer)
+    turning, alone = landing(study, observer), landing(left_alone(study, observer), observer)
+    assert still.from_error < 0 < turning.from_error and abs(still.from_motion) < 1e-6
+    assert turning.from_motion < 0 < alone.from_motion
+    gains = study.observers[observer].gains
+    assert alone.from_motion < drift_of_step(study, gains, 0.0, 20.0, 0.0), "what the moving flux does not let it forget"
+    assert abs(alone.from_error) < 0.1 * min(turning.from_error, -still.from_error)
+    assert set(left_alone(study, observer).observers[observer].gains.items()) - set(gains.items()) == {
+        ("k_3", 0.0), ("kappa" if observer == "repaired" else "k_2", 0.0)}
+
+
+def test_without_k_3_the_repaired_observer_lands_too():
+    """Nothing then is to be divided by; the end is the limit of small gains."""
+    ends = [landing(Study.paper().changed({"observers.repaired.gains.k_3": k_3}), "repaired").alpha_hat for k_3 in (0.0, 1e-6)]
+    assert ends[0] == pytest.approx(ends[1], abs=2e-6)
+
+
 def test_the_steps_start_from_the_landing():
     study = Study.paper()
     steps, landed = predict_steps(study, "repaired"), landing(study, "repaired")
@@ -208,6 +229,9 @@ def test_where_nothing_lands_it_says_so(monkeypatch):
     swinging = Study.paper().changed({"drive.flux_modulation": 0.02, "drive.flux_modulation_frequency": 20.0})
     with pytest.raises(InputError, match=r"drive\.flux_modulation = 0\.02 Wb must be 0"):
         landing(swinging, "repaired")
+    backwards = Study.paper().changed({"reference.omega": [-20.0, -40.0, -100.0, -50.0]})  # Sign(omega) of (11) is wrong there
+    with pytest.raises(InputError, match=r"not land: 1 s after the start omega_hat is -16\d\.\d rad/s, where it could rest at -20 "):
+        landing(backwards, "consistent_12")
     monkeypatch.setattr(module, "BOUND", 1e3)
     printed = Study.paper().changed({"observers.consistent_12.kind": "printed_7"})
     with pytest.raises(InputError, match="'consistent_12' does not land: its errors grow without bound within"):

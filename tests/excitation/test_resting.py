@@ -224,6 +224,7 @@ def test_what_explains_a_run_holds_the_landing_and_the_error_of_xi_hat():
     landed = landing.landing(study, "repaired")
     assert [row.initial, row.predicted] == [6.6, landed.alpha_hat]
     assert row.simulated == pytest.approx(step.start) == pytest.approx(landed.alpha_hat, abs=0.006)
+    assert row.left_alone == landing.landing(landing.left_alone(study, "repaired"), "repaired").alpha_hat
     assert row.from_error + row.from_motion == pytest.approx(row.predicted - MACHINE.alpha)
     assert step.from_study == pytest.approx(landed.alpha_hat + step.step_from_study)
     assert row.share == pytest.approx(0.021957, rel=1e-4) and row.share > 10 * row.share_of_exact > 0

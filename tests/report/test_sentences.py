@@ -16,6 +16,7 @@ from imo_analysis.pencils.setup import Setup
 from imo_analysis.pencils.sweep import pole_sweep
 from imo_analysis.report import captions, searched
 from imo_analysis.report.atlas import atlas
+from imo_analysis.report.chapters.excitation import _alone, _signs
 from imo_analysis.report.chapters.pencils import _neutral
 from imo_analysis.report.chapters.simulations import _scenario, _stay
 from imo_analysis.report.chapters.tuned import _searched, tuned_chapter
@@ -255,3 +256,12 @@ def test_what_a_search_finds(paper: Study, tmp_path: Path) -> None:
 def plain(text: str) -> str:
     text = html.unescape(re.sub(r"<svg.*?</svg>|<[^>]+>", " ", text, flags=re.DOTALL))
     return re.sub(r"\s+", " ", text)
+
+
+# Where a start lands -----------------------------------------------------------------------------------------------------
+def test_what_is_said_of_what_the_copies_remember() -> None:
+    assert _signs([]) == "" and "the other sign in 1 of 3 starts" in _signs([-2.0, 1.0, 0.5])
+    said = _alone([0.006, -0.0014])
+    assert said == "these starts would end -0.0014 to +0.006 /s off the truth: the rest is what the copies remember."
+    assert "-0.1 to +0.2 /s off the truth, and 1 would not land:" in _alone([0.2, math.nan, -0.1])
+    assert _alone([math.nan]) == "none of these starts would land."

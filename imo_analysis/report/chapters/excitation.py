@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -121,11 +122,14 @@ def _landings(explained: Sequence[Scenario]) -> list[Html]:
                        key=lambda one: abs(one[1].predicted - one[1].simulated))
     furthest = max(abs(row.simulated - scenario.alpha) for scenario, row in landings)
     first = next((row for row in main_scenario(explained).landings), landings[0][1])
+    wrong = [(row.initial - scenario.alpha) * row.from_error for scenario, row in landings if row.initial != scenario.alpha]
+    alone = [row.left_alone - scenario.alpha for scenario, row in landings]
     rows = [(typeset(scenario.title.split(":")[0]), tag("code", row.observer), f"{row.initial:.4g}",
              *(f"{value:.3f}" for value in (row.from_error, row.from_motion, row.predicted, row.simulated)),
-             f"{row.predicted_xi:.2f}", f"{row.simulated_xi:.2f}") for scenario, row in landings]
+             f"{row.predicted_xi:.2f}", f"{row.simulated_xi:.2f}", "–" if math.isnan(one) else f"{row.left_alone:.3f}")
+            for (scenario, row), one in zip(landings, alone, strict=True)]
     head = ("run", "observer", "first value", "left of its error", "the acceleration adds", "predicted", "simulated",
-            r"$|\tilde{\xi}|$ predicted", "simulated")
+            r"$|\tilde{\xi}|$ predicted", "simulated", "were the copies left alone")
     return [
         tag("h4", "Where the start lands, and why there"),
         prose(
@@ -156,10 +160,14 @@ term by term). The second form holds while $\hat{{\xi}}$, once off, changes litt
 
 A start that also turns the machine adds two effects. Torque is slip, so that $\hat{{\alpha}}$ is carried along with
 $\hat{{\omega}}$ as by the steps below, and what that adds is forgotten only as far as the flux still moves. And once the flux
-turns, $\tilde{{z}}$ pushes the currents too, the more the more $\hat{{z}}$ is fed back. Where both end, the repaired
-observer's conserved $q = k_3 \tilde{{z}} - \mathrm{{j}} \kappa s \tilde{{\xi}}$ says: from exact copies it is zero, it stays
-so while the direction $s$ does, and on the family it is zero only where both copies are exact. The paper's observer feeds
-$\hat{{z}}$ back by an $\hat{{\omega}}$ that moves, conserves no such $q$, and rests with errors in both.
+turns, $\tilde{{z}}$ pushes the currents too, the more the more $\hat{{z}}$ is fed back. The flux turns past what both
+copies remember, so that neither part need have the sign that it has at standstill or on exact copies.{_signs(wrong)} Were both
+copies left alone ($k_3$ and the feedback of $\hat{{z}}$ zero), {_alone(alone)}
+
+Where both copies end, the repaired observer's conserved $q = k_3 \tilde{{z}} - \mathrm{{j}} \kappa s \tilde{{\xi}}$ says: from
+exact copies it is zero, it stays so while the direction $s$ does, and on the family it is zero only where both copies are
+exact. The paper's observer feeds $\hat{{z}}$ back by an $\hat{{\omega}}$ that moves, conserves no such $q$, and rests with
+errors in both.
 
 The prediction counts all of this: it integrates the error dynamics, machine less observer, along the motion that flux loop
 and speed loop make with currents at their references, without a voltage, a current loop or a sample. It misses what these do
@@ -171,6 +179,24 @@ truth in these runs; the prediction is at most {abs(worst.predicted - worst.simu
         table(head, rows, r"$\hat{\alpha}$ after the start and what it is made of, in 1/s; $\tilde{\xi}$ in A, which with "
               "the formulas above says which of the rest states it is", range(2, 9)),
     ]
+
+
+def _signs(products: Sequence[float]) -> str:
+    """In how many starts what is left of the initial error has its sign, by the products of both."""
+    if not products:
+        return ""
+    turned = sum(one < 0 for one in products)
+    return f" What is left of the initial error has the other sign in {turned} of {len(products)} starts here."
+
+
+def _alone(off: Sequence[float]) -> str:
+    """Where the starts end whose copies are left alone, by how far off the truth."""
+    found = [one for one in off if not math.isnan(one)]
+    if not found:
+        return "none of these starts would land."
+    lost = len(off) - len(found)
+    return (f"these starts would end {min(found):+.2g} to {max(found):+.2g} /s off the truth"
+            + (f", and {lost} would not land" if lost else "") + ": the rest is what the copies remember.")
 
 
 def _varied_landings(varied: Mapping[str, Sequence[Variation]]) -> list[Html]:
@@ -219,12 +245,12 @@ by one of them, a deficit is what """ + f"{TRIES} of them agree on." + r"""
         *_grams(possible),
         _conditions(possible),
         prose("In motion, with the load torque unknown, the determinant of the current's row and its first derivative for "
-              "flux, speed and load torque is exactly"),
+              "flux, speed and load torque is, but for a factor of constants of the machine, exactly"),
         formula(possible.instant),
         prose(r"""
 that is $\psi^2 (\alpha^2 + \omega^2)$ times the sum of the stator frequency and the rate of $\arctan(\omega / \alpha)$. Where
-it is not zero, the speed is told at that very instant. At constant speed only zero stator frequency is left; while the speed
-changes, what hides it lies beside that line.
+it is not zero, the speed is told at that very instant. Where it is zero, only higher derivatives can tell it, if any: at
+constant speed that is at zero stator frequency; while the speed changes, it is beside that line.
 """),
         tag("h4", "Beside what is published"),
         _published(),
@@ -273,7 +299,8 @@ def _published() -> Html:
     rows = [(typeset(one.source), typeset(one.says), one.read, typeset(one.ours), compare(one)) for one in PUBLISHED]
     return table(("source", "says", "checked against", "here", "the condition"), rows,
                  "Published statements on the sensorless machine; the last column is computed: the condition as published "
-                 "against the one found here; “implied” is a loss found here beside others")
+                 "against the one found here; “implied” is a loss found here beside others. An abstract that says only that "
+                 "unknowns are estimated together is put as: some motions tell them apart")
 
 
 def _steady(rows: Sequence[RankRow]) -> str:
