@@ -51,8 +51,9 @@ class Simulation(Table):
     substeps : int
         Runge-Kutta steps in one sampling period: the knob of accuracy.
     order : int
-        4, the classical Runge-Kutta step, or 5, that of Dormand and Prince: half as dear again, and hundreds of times as exact
-        where the step is short enough. Batches of machines have 4 only.
+        4, the classical Runge-Kutta step, or 5, that of Dormand and Prince: half as dear again, and 30 to 900 times as exact
+        in the paper's scenarios at one step a sample. Sweeps make runs of order 5 one by one; the map of what an observer can
+        drive, and the observers of a replay, have 4.
     record_every : int
         One record in so many sampling periods.
     seed : int

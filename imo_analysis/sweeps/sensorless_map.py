@@ -111,8 +111,9 @@ def study_map(study: Study, observers: Sequence[str] = (), jobs: int | None = No
     Returns
     -------
     xarray.Dataset
-        That of `sensorless_map`, the observers right but for a stator resistance that they believe `R_S_OFF` too large; with
-        ``R_s_low`` and ``R_s_high`` over observer and ``limit_omega`` (rad/s), as `resistance_limits` at the largest torque.
+        That of `sensorless_map` with steps of order 4, the observers right but for a stator resistance that they believe
+        `R_S_OFF` too large; with ``R_s_low`` and ``R_s_high`` over observer and ``limit_omega`` (rad/s), as
+        `resistance_limits` at the largest torque.
 
     Raises
     ------
@@ -124,7 +125,8 @@ def study_map(study: Study, observers: Sequence[str] = (), jobs: int | None = No
     right = {f"observers.{name}.initial.alpha_hat": machine.alpha for name in names
              if "alpha_hat" in OBSERVERS[study.observers[name].kind].states}
     believed = {f"observers.{name}.errors.R_s": R_S_OFF for name in names}
-    plain = study.changed({"drive.feedback": "measured", "windows": []}).only(names).changed(right | believed)
+    plain = study.changed({"drive.feedback": "measured", "windows": [], "simulation.order": 4}).only(names)
+    plain = plain.changed(right | believed)
     widest = max(abs(study.poles.sweep.start), abs(study.poles.sweep.stop))
     omega = widest * np.array([-share for share in SHARES[:0:-1]] + list(SHARES))
     reach = study.tuning.torque

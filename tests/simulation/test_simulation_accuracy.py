@@ -46,6 +46,18 @@ def test_both_orders_with_what_a_drive_has(turning, changes):
     assert 0 < scaled_error(four, five) < 1e-5
 
 
+@pytest.mark.parametrize(("scenario", "least", "most"),
+                         [("sensorless", 25, 40), ("fig4", 150, 400), ("regenerating", 700, 1200)])
+def test_how_much_more_exact_order_five_is_in_the_scenarios(paper, scenario, least, most):
+    """The 30 to 900 times that the manual names, at one step a sample, against sixteen."""
+    study = paper.scenario(scenario).changed({"simulation.duration": 8.0, "simulation.record_every": 10, "windows": []})
+    if scenario == "fig4":
+        study = study.changed({"reference.time": [0.0, 2.0, 4.0]})
+    four, five, fine = (states(simulate(study.changed(more)), study) for more in (
+        {}, {"simulation.order": 5}, {"simulation.order": 5, "simulation.substeps": 16}))
+    assert least < scaled_error(four, fine) / scaled_error(five, fine) < most
+
+
 def test_many_steps_reach_the_oracle(turning, oracle):
     fine = states(simulate(turning.changed({"simulation.substeps": 24})), turning)
     assert scaled_error(fine, oracle) < 1e-10

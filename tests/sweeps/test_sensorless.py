@@ -64,6 +64,7 @@ def test_a_studys_map_is_of_its_own_rated_point(paper):
     """Speeds, loads and time go with the study; at the point of the limits the map says what the limits say."""
     study = paper.only(["baseline"]).changed({"tuning.torque": 8.0, "poles.sweep.start": -120.0, "poles.sweep.stop": 120.0})
     plane = study_map(study)
+    assert study_map(study.changed({"simulation.order": 5})).equals(plane), "which a batch does not have"
     assert float(plane["omega"].max()) == 120.0 == -float(plane["omega"].min()) and float(plane["T_l"].max()) == 8.0
     for omega in plane["limit_omega"].values:
         one = plane.sel(observer="baseline", limit_omega=omega)
