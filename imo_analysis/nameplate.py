@@ -15,12 +15,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from imo_analysis.efficiency import NEVER, UNUSUAL, efficiency_at
+from imo_analysis.efficiency import LEAST_CLASSED, NEVER, UNUSUAL, efficiency_at
 from imo_analysis.errors import InputError, unknown_key
 from imo_analysis.machine import InductionMachine
 from imo_analysis.quantity import accepted, si_value, with_unit
 
 TYPICAL_LEAKAGE = 0.2  # of the base impedance; catalogues of standard motors lie between 0.15 and 0.25
+LEAST_LEAKAGE = 0.05  # of it, too: what saturation at the starting current leaves at least
 ROUNDING = 0.01  # of the power that voltage, current and power factor give: plates have two or three digits of each
 # Of what the stator loses, iron, stray and friction losses with it, the copper's part at least. Assumed: it goes with size and
 # make; the 2.2 kW motor of the presets, measured, has 0.6.
@@ -245,11 +246,13 @@ def machine_of(plate: Nameplate, known: Mapping[str, Any], where: str = "namepla
         R_R, L_M = plate.slip * abs(flux) / across, abs(flux) / along
         if plate.starting_current == 0:
             break
-        whole = (base / plate.starting_current) ** 2 - (R_s + R_R) ** 2
-        if whole <= 0:
-            raise InputError(f"{where}.starting_current = {plate.starting_current:g} must be below {base / (R_s + R_R):.3g}, "
-                             "which the resistances alone allow")
-        L_sgm = math.sqrt(whole) / plate.stator_frequency
+        most = base / math.hypot(R_s + R_R, LEAST_LEAKAGE * base)
+        if plate.starting_current > most:
+            fix = "" if "R_s" in known else " (R_s is estimated, with all that the stator loses in it) give a measured R_s, or"
+            raise InputError(f"{where}.starting_current = {plate.starting_current:g} must be below {most:.3g}, which the "
+                             f"resistances of the rated point, R_s + R_R = {R_s + R_R:.3g} ohm, and the least leakage "
+                             f"allow;{fix} leave the starting current out")
+        L_sgm = math.sqrt((base / plate.starting_current) ** 2 - (R_s + R_R) ** 2) / plate.stator_frequency
     more = {key: value for key, value in known.items() if key not in ("R_s", "n_p")}
     assumed = "starting current" if plate.starting_current else f"a leakage of {TYPICAL_LEAKAGE:g} of the base impedance"
     return InductionMachine.from_inverse_gamma(**{
@@ -277,8 +280,9 @@ def remarks(plate: Nameplate, known: Mapping[str, Any]) -> list[str]:
     found.append(f"voltage, current and power factor give {plate.taken:.0f} W, so that {plate.power:.0f} W at the shaft are an "
                  f"efficiency of {100 * implied:.1f} %")
     if implied < efficiency_at(UNUSUAL, plate.power):
-        found.append(f"UNUSUAL: the lowest class of standard motors, IE1, has {100 * usual:.0f} % at this power, and half the "
-                     "losses of this plate or less. Check it")
+        has = "has" if plate.power >= LEAST_CLASSED else "carried on to smaller ones, would have"
+        found.append(f"UNUSUAL: the lowest class of standard motors, IE1, {has} {100 * usual:.0f} % at this power, and half "
+                     "the losses of this plate or less. Check it")
     measured = "R_s" in known or "preset" in known
     if plate.efficiency and abs(plate.efficiency / implied - 1) > _CONTRADICTION:
         current = plate.current * implied / plate.efficiency

@@ -82,7 +82,7 @@ def test_a_known_machine_comes_back(monkeypatch: pytest.MonkeyPatch) -> None:
     ({"efficiency": "50 %"}, r"contradicts voltage, current .* with which 2200 W at the shaft are 79\.4 %; .* check the five"),
     ({"efficiency": "50 %", "current": 8}, r"efficiency = 50 % must be above 56\.\d %: no motor of 2200 W loses more"),
     ({"current": 9}, "an efficiency of 0.441; it must be between 0.57 and 1"),
-    ({"starting_current": 40}, "must be below"),
+    ({"starting_current": 40}, r"must be below 5\.\d+, which the resistances .* give a measured R_s, or leave the starting"),
 ])
 def test_a_plate_that_cannot_be_is_refused(changed: dict, said: str) -> None:
     with pytest.raises(InputError, match=said):
@@ -131,6 +131,40 @@ def test_the_lowest_class_of_standard_motors(power: float, efficiency: float) ->
     assert 100 * efficiency_at(1, 1e3 * power) == pytest.approx(efficiency, abs=0.06)
     assert efficiency_at(NEVER, 1e3 * power) < efficiency_at(UNUSUAL, 1e3 * power) < efficiency_at(1, 1e3 * power)
     assert efficiency_at(1, 1e8) == efficiency_at(1, 2e5)
+
+
+@pytest.mark.parametrize(("poles", "power", "voltage", "current", "frequency", "speed", "power_factor", "efficiency"), [
+    (2, 25, 400, 0.13, 50, 2700, 0.70, 0.40), (8, 30, 400, 0.32, 50, 640, 0.55, 0.25), (4, 90, 400, 0.41, 50, 1320, 0.63, 0.5),
+    (8, 180, 400, 0.85, 50, 660, 0.61, 0.50), (2, 750, 400, 1.61, 50, 2875, 0.84, 0.807),
+    (4, 746, 460, 1.5, 60, 1725, 0.74, 0.825), (8, 7500, 400, 17.8, 50, 720, 0.74, 0.826),
+    (2, 7500, 400, 18.5, 50, 2840, 0.80, 0.75), (2, 149e3, 460, 222, 60, 3570, 0.9, 0.95),
+    (4, 1e6, 690, 980, 50, 1492, 0.88, 0.968),
+])
+def test_motors_as_they_are_sold_are_not_refused(
+    poles: int, power: float, voltage: float, current: float, frequency: float, speed: float, power_factor: float,
+    efficiency: float,
+) -> None:
+    """Small and large, of two to eight poles, for 50 and 60 Hz, one a canned rotor; and what is said where there is no class."""
+    plate = Nameplate.build({"power": power, "voltage": voltage, "current": current, "frequency": frequency,
+                             "speed": f"{speed} rpm", "power_factor": power_factor, "efficiency": efficiency})
+    assert 2 * machine_of(plate, {"J": 0.01}).n_p == poles
+    unusual = [text for text in remarks(plate, {}) if "UNUSUAL" in text]
+    assert all(("carried on to smaller ones, would have" in text) == (power < 120) for text in unusual)
+    assert bool(unusual) == (power == 7500 and poles == 2)
+
+
+def test_a_starting_current_is_taken_where_the_resistance_is_measured() -> None:
+    """A motor of 1.1 kW with little copper loss: all that the stator loses, as R_s, would allow less than it draws."""
+    plate = Nameplate.build({"power": 1100, "voltage": 400, "current": 2.4, "frequency": 50, "speed": "1445 rpm",
+                             "power_factor": 0.79, "starting_current": 7.3})
+    with pytest.raises(InputError, match=r"7\.3 must be below 6\.83.*estimated.* give a measured R_s"):
+        machine_of(plate, {"J": 0.01})
+    machine = machine_of(plate, {"J": 0.01, "R_s": 5.5})
+    form = machine.inverse_gamma()
+    leakage = plate.stator_frequency * form["L_sgm"] * 2.4 * math.sqrt(3) / 400
+    assert 0.05 < leakage < 0.2
+    with pytest.raises(InputError, match=r"30 must be below [\d.]+, which .* ohm, and the least leakage allow; leave the starting current out"):
+        machine_of(Nameplate.build(PLATE | {"starting_current": 30}), {"J": 0.015, "R_s": 3.0})
 
 
 def test_an_efficiency_that_is_only_unusual_is_said() -> None:
