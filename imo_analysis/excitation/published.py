@@ -60,7 +60,7 @@ PUBLISHED = (
         "without signal injection the machine is not observable while the stator frequency is zero, also with saturation",
         ABSTRACT,
         "at constant flux the line is torque = -(3 n_p flux^2 / (2 R_r)) omega (excitation.slip); on it the current knows "
-        "neither omega nor alpha (excitation.standstill)", Problem(("omega", "T_l")), ("omega + slip",)),
+        "neither omega nor alpha (excitation.standstill); without saturation", Problem(("omega", "T_l")), ("omega + slip",)),
     Published(
         "S. Ibarra-Rojas, J. Moreno, G. Espinosa-Perez, Automatica 40(6), 2004, doi 10.1016/j.automatica.2004.01.020",
         "some motions cannot be told apart whatever the parameters, so that no observer converges along every motion", ABSTRACT,

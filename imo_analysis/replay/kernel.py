@@ -64,7 +64,8 @@ def replay_kernel(kind: str) -> Any:
     steps : ndarray
         Time between samples in s; ``substeps`` (int) RK4 steps are taken in each. Where that is 0 nothing is known of what was
         between, and every vector of the state turns as far as the current that was recorded has turned; that is exact in a
-        steady state, since the equations look the same from axes that are turned. Speed and alpha stay.
+        steady state, since the equations look the same from axes that are turned. Speed and alpha stay. A current of zero
+        on either side tells of no turn: then all stays.
     direction : ndarray
         Direction of rotation from each sample on; not used where ``own``: then it is the sign of omega_hat.
     late : bool

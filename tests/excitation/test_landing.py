@@ -230,7 +230,7 @@ def test_where_nothing_lands_it_says_so(monkeypatch):
     with pytest.raises(InputError, match=r"drive\.flux_modulation = 0\.02 Wb must be 0"):
         landing(swinging, "repaired")
     backwards = Study.paper().changed({"reference.omega": [-20.0, -40.0, -100.0, -50.0]})  # Sign(omega) of (11) is wrong there
-    with pytest.raises(InputError, match=r"not land: 1 s after the start omega_hat is -16\d\.\d rad/s, where it could rest at -20 "):
+    with pytest.raises(InputError, match=r"not land: 1 s after the start omega_hat is -16\d\.\d rad/s, where it .* at -20 rad"):
         landing(backwards, "consistent_12")
     monkeypatch.setattr(module, "BOUND", 1e3)
     printed = Study.paper().changed({"observers.consistent_12.kind": "printed_7"})
