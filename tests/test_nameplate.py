@@ -144,7 +144,7 @@ def test_motors_as_they_are_sold_are_not_refused(
     poles: int, power: float, voltage: float, current: float, frequency: float, speed: float, power_factor: float,
     efficiency: float,
 ) -> None:
-    """Small and large, of two to eight poles, for 50 and 60 Hz, one a canned rotor; and what is said where there is no class."""
+    """Small and large, of two to eight poles, 50 and 60 Hz, one a canned rotor; and what is said of those without a class."""
     plate = Nameplate.build({"power": power, "voltage": voltage, "current": current, "frequency": frequency,
                              "speed": f"{speed} rpm", "power_factor": power_factor, "efficiency": efficiency})
     assert 2 * machine_of(plate, {"J": 0.01}).n_p == poles
@@ -163,7 +163,7 @@ def test_a_starting_current_is_taken_where_the_resistance_is_measured() -> None:
     form = machine.inverse_gamma()
     leakage = plate.stator_frequency * form["L_sgm"] * 2.4 * math.sqrt(3) / 400
     assert 0.05 < leakage < 0.2
-    with pytest.raises(InputError, match=r"30 must be below [\d.]+, which .* ohm, and the least leakage allow; leave the starting current out"):
+    with pytest.raises(InputError, match=r"30 must be below .*, and the least leakage allow; leave the starting current out"):
         machine_of(Nameplate.build(PLATE | {"starting_current": 30}), {"J": 0.015, "R_s": 3.0})
 
 
