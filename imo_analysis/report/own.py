@@ -192,11 +192,13 @@ def _decides(study: Study, limits: Sequence[Limit]) -> str:
     span = guessed_range(study.machine.source)
     if span:
         low, high = study.machine.R_s / span[1] - 1, study.machine.R_s / span[0] - 1 if span[0] else math.inf
-        borne = all(one.low <= low and high <= one.high for one in limits)
-        beside = "for all of which the loop above holds" if borne else "which is more than the loop above holds for"
+        tried = min(high, WIDEST)
+        borne = all(one.low <= low and tried <= one.high for one in limits)
+        beside = ("which is more than the loop above holds for" if not borne else "for all of which the loop above holds"
+                  if high == tried else f"and as far as that was tried, {100 * WIDEST:g} %, the loop above holds")
         return (f"What decides is the stator resistance. {R_s} is only an estimate: the name plate gives it only to between "
                 f"{span[0]:.3g} and {span[1]:.3g} Ω, for losses in the iron and in the bearings are counted with it. So it may "
-                f"be from {per_cent(low)} too low to {per_cent(min(high, WIDEST))} too high, {beside}. Measure it, half of "
+                f"be from {per_cent(low)} too low to {per_cent(tried)} too high, {beside}. Measure it, half of "
                 "what an ohmmeter shows between two terminals, and make the study again, before relying on any line below.")
     return (f"What decides is the stator resistance, here {R_s}. It must be known as closely as that at any temperature: "
             f"copper that warms by {R_S_OFF / COPPER:.0f} K has {100 * R_S_OFF:g} % more.")

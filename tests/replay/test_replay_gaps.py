@@ -70,6 +70,17 @@ def test_parts_too_short_alone_are_joined(folder):
     assert one.begun.values["omega_hat"] == pytest.approx(200.0, abs=0.1)
 
 
+def test_broken_rows_are_refused_and_without_them_there_is_a_gap(folder):
+    rows = steady(1.0)
+    rows[5000:5003, 1:] = np.nan
+    path = write(folder / "nan.csv", rows)
+    with pytest.raises(InputError, match=r"line 5002: u_alpha = .nan. is not a number; .* leave such lines out and say --gaps bridge"):
+        survey(Log.open(path, 2), bridge=True)
+    lines = [line for line in path.read_text().splitlines() if "nan" not in line]
+    path.write_text("\n".join(lines) + "\n")
+    assert survey(Log.open(path, 2), bridge=True).first.tolist() == [0, 5000]
+
+
 # The observers over a gap --------------------------------------------------------------------------------------------
 @pytest.mark.parametrize("name", sorted({"baseline", "repaired", "luenberger_consistent_12", "baseline_scheduled"}))
 def test_over_a_long_gap_a_steady_state_goes_on(folder, name):

@@ -201,6 +201,8 @@ def test_what_the_stator_resistance_is_worth(paper: Study, two_runs: list[Scenar
     borne = decides("", WIDE, source=close)[1]
     assert re.search(r"from 4\.\d % too low to 4\.\d % too high, for all of which the loop above holds\.", borne)
     assert "which is more than the loop above holds for" in decides("", NARROW, source=close)[1]
+    all_tried = decides("", [(-0.5, 0.5)] * len(WIDE))[1]
+    assert "to 50 % or more too high, and as far as that was tried, 50 %, the loop above holds." in all_tried
     assert "only an estimate" not in decides('R_s = "1.2 ohm"\n', WIDE)[1]
 
 
