@@ -94,7 +94,7 @@ def landing(study: Study, observer: str) -> Landing:
     ----------
     study : Study
         Its initial state, first reference and load, flux, bandwidths and current limit are used. The drive and the observer are
-        taken to know their machine, and sensors and inverter to be ideal.
+        taken to know their machine, the drive to measure the speed, and sensors and inverter to be ideal.
     observer : str
         Name of an adaptive observer in the study.
 
@@ -102,7 +102,7 @@ def landing(study: Study, observer: str) -> Landing:
     ------
     InputError
         If the observer's errors grow without bound, it is not at rest although flux and speed have long stood, it does not
-        adapt alpha, or the flux is modulated.
+        adapt alpha, the flux is modulated, the reference is not of steps or the load not constant.
     """
     states = OBSERVERS[study.observers[observer].kind].states if observer in study.observers else ()
     if "alpha_hat" not in states:
@@ -110,6 +110,9 @@ def landing(study: Study, observer: str) -> Landing:
     if study.drive.flux_modulation:
         raise InputError(f"drive.flux_modulation = {study.drive.flux_modulation:g} Wb must be 0: a landing is predicted for a "
                          "flux that builds up and then stands")
+    if study.reference.shape != "steps" or len(set(study.load_torque.T_l)) > 1:
+        raise InputError("a landing is predicted for steps of the speed at constant load; "
+                         'set reference.shape = "steps" and one T_l')
     start = _errors_at_start(study, observer)
     at = states.index("alpha_hat")
     time, rest = _rest_after(study, observer, start)

@@ -229,6 +229,9 @@ def test_where_nothing_lands_it_says_so(monkeypatch):
     swinging = Study.paper().changed({"drive.flux_modulation": 0.02, "drive.flux_modulation_frequency": 20.0})
     with pytest.raises(InputError, match=r"drive\.flux_modulation = 0\.02 Wb must be 0"):
         landing(swinging, "repaired")
+    for ramped in ({"reference.shape": "linear"}, {"load.time": [0.0, 0.5], "load.T_l": [0.0, 10.0]}):
+        with pytest.raises(InputError, match="for steps of the speed at constant load"):
+            landing(Study.paper().changed(ramped), "repaired")
     backwards = Study.paper().changed({"reference.omega": [-20.0, -40.0, -100.0, -50.0]})  # Sign(omega) of (11) is wrong there
     with pytest.raises(InputError, match=r"not land: 1 s after the start omega_hat is -16\d\.\d rad/s, where it .* at -20 rad"):
         landing(backwards, "consistent_12")
