@@ -62,12 +62,26 @@ def run(args: argparse.Namespace) -> int:
         f"scenarios  {', '.join(study.scenarios) or 'none'}",
     ]
     if not args.init:
-        say(args, "\n".join(lines))
+        say(args, "\n".join([*lines, *_spared(study)]))
     own = _own_observers(study)
     for name, off in own.items():
         say(args, "\n  ".join([f"{name}: at zero error the estimates follow the machine: {'no' if off else 'yes'}", *off]))
     emit_json(args, schema="imo-study/1", data={"sha256": study.sha256, "study": study.data, "own": own})
     return 0
+
+
+def _spared(study: Study) -> list[str]:
+    """The runs in which some observers have right parameters and others wrong ones."""
+    from imo_analysis.simulation.judge import spared
+
+    lines = []
+    for name in ("", *study.scenarios):
+        right, wrong = spared(study.scenario(name) if name else study)
+        if right:
+            where, table = (f"scenario {name}: ", f"scenarios.{name}.observers") if name else ("", "observers")
+            lines.append(f"{where}{', '.join(right)} with the right parameters beside {', '.join(wrong)} with wrong ones; to "
+                         f"compare them, give the same errors, as [{table}.{right[0]}.errors]")
+    return lines
 
 
 def _own_observers(study: Study) -> dict[str, list[str]]:

@@ -21,7 +21,7 @@ from imo_analysis.nameplate import guessed_range
 from imo_analysis.report.metrics import Resting
 from imo_analysis.report.page import number
 from imo_analysis.report.scenarios import Scenario, judged, outcome
-from imo_analysis.simulation.judge import R_S_OFF, rpm, size
+from imo_analysis.simulation.judge import R_S_OFF, rpm, size, spared
 from imo_analysis.study import Study
 from imo_analysis.sweeps.sensorless_map import WIDEST
 
@@ -178,11 +178,16 @@ def advice(study: Study, found: Sequence[Standing], plane: xr.Dataset | None, re
     return [said, _decides(study, chosen.limits)]
 
 
+def run_of(study: Study, run: Scenario) -> Study:
+    """The study of one run of the dossier."""
+    return study.scenario(run.name) if run.name in study.scenarios else study
+
+
 def overloads(study: Study, scenarios: Sequence[Scenario]) -> list[str]:
     """The runs in which the load is more than the machine can give."""
     from imo_analysis.simulation.run import overload
 
-    loads = {run.title: overload(study.scenario(run.name) if run.name in study.scenarios else study) for run in scenarios}
+    loads = {run.title: overload(run_of(study, run)) for run in scenarios}
     return [f"In “{title}” {said}: no observer can help that." for title, said in loads.items() if said]
 
 
@@ -217,6 +222,8 @@ def verdicts(study: Study, found: Sequence[Standing], plane: xr.Dataset | None) 
                      f"holds at {100 * one.share:.0f} % of the points up to rated speed and torque; {point} the speed is then "
                      f"{then}. There it holds {within(first)}")
         line += f". It tracks in {_count(one)} of {len(one.ends)} runs"
+        if easier := sum(one.observer in spared(run_of(study, run))[0] for run, _ in one.ends):
+            line += f", in {easier} of which it has the right parameters and others have not"
         if one.off:
             run, end = max(one.off, key=lambda both: _distance(both[1]))
             line += f", worst in “{run.title}”, where it is {_end(end, n_p)}"
@@ -277,7 +284,7 @@ def cures(study: Study, scenarios: Sequence[Scenario], observer: str, modulated:
         before = [one for one in judged(run) if one.observer == observer and outcome(one) != "tracks"]
         if not before:
             continue
-        chosen = modulated_study(study.scenario(run.name) if run.name in study.scenarios else study, modulated)
+        chosen = modulated_study(run_of(study, run), modulated)
         if run.driven:
             chosen = chosen.changed({"drive.feedback": observer})
         try:

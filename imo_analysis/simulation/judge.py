@@ -9,14 +9,21 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+from imo_analysis.equations.catalogue import OBSERVERS
+from imo_analysis.equations.observer import PARAMETERS
+
+if TYPE_CHECKING:
+    from imo_analysis.study import Study
 
 OFF = 0.02  # of the speed: the largest mean error of an estimate that tracks
 LEAST = 1.0  # rad/s: the limit at low speeds, where a share of the speed would be less than a share of the slip
 NOISY = 5.0  # times the limit: the largest rms error
 STRETCH = 0.5  # s, over which an estimate is judged
+ROUNDED = 1e-3  # relative: as close as a study writes the true value of a parameter
 R_S_OFF = 0.05  # relative error of the stator resistance that a loop closed on an estimate is asked to bear
 
 
@@ -46,6 +53,30 @@ def follows(mean_error: Any, rms: Any, omega: Any) -> Any:
 def holds(mean_error: Any, rms: Any, omega: Any, wanted: Any) -> Any:
     """Whether a loop closed on an estimate holds: it tracks, and the speed ``omega`` is the one that is ``wanted`` (rad/s)."""
     return follows(mean_error, rms, wanted) & (np.abs(omega - wanted) <= limit(wanted))
+
+
+def spared(study: Study) -> tuple[list[str], list[str]]:
+    """The observers that have the right parameters in a run in which others have wrong ones, and those others.
+
+    What they end at does not compare: an observer that was added to a study has none of the ``errors`` that a scenario gives
+    the others. One whose estimate of a parameter starts from a wrong value does not have the right ones.
+
+    Parameters
+    ----------
+    study : Study
+        Of the run, as `Study.scenario` gives it.
+
+    Returns
+    -------
+    tuple of 2 list of str
+        Both empty where there is none of either.
+    """
+    wrong = [name for name, one in study.observers.items() if any(one.errors.values())]
+    true = {f"{name}_hat": value for name, value in zip(PARAMETERS, study.machine.observer_parameters, strict=True)}
+    right = [name for name, one in study.observers.items() if name not in wrong and all(
+        math.isclose(value, true.get(state, value), rel_tol=ROUNDED)
+        for state, value in zip(OBSERVERS[one.kind].states, one.initial_values, strict=True))]
+    return (right, wrong) if right and wrong else ([], [])
 
 
 def rpm(omega: float, n_p: int) -> float:

@@ -63,7 +63,10 @@ def imo(*words):
 
 def test_study_says_whether_right_estimates_stay_right(folder, capsys):
     assert imo("study", folder / "study.toml", "--json", folder / "study.json") == 0
-    assert "mine.py: at zero error the estimates follow the machine: yes" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "mine.py: at zero error the estimates follow the machine: yes" in said
+    assert "\nbaseline with the right parameters beside mine with wrong ones; " in said
+    assert "[observers.baseline.errors]" in said
     assert json.loads((folder / "study.json").read_text())["own"] == {"mine.py": []}
     (folder / "slip.py").write_text(own_text(ADAPTED.replace("-gains[5] * along", "R_s - gains[5] * along")))
     (folder / "slip.toml").write_text((folder / "study.toml").read_text().replace('"mine.py"', '"slip.py"'))

@@ -21,6 +21,7 @@ from imo_analysis.report.own import Cured, advice, cures, overloads, standings, 
 from imo_analysis.report.page import Html
 from imo_analysis.report.paper_machine import is_paper
 from imo_analysis.report.scenarios import ExcitationResult, Scenario, outcome, resting_of
+from imo_analysis.simulation.judge import spared
 from imo_analysis.simulation.run import simulate
 from imo_analysis.study import Study
 from imo_analysis.tuning.start import study_of
@@ -158,6 +159,24 @@ def test_verdicts_on_the_observers(paper: Study, two_runs: list[Scenario]) -> No
     assert [one.observer for one in turned] == ["baseline", "repaired"]
     assert "not even with the right R_s" in verdicts(study, turned, never)[1]
     assert [one.observer for one in standings(study, two_runs, None)] == ["baseline", "repaired"], "without a map by the runs"
+
+
+def test_an_observer_that_alone_has_the_right_parameters_is_said_to(paper: Study, two_runs: list[Scenario]) -> None:
+    """As one that was added to a study has them where a scenario gives `errors` to the others by name."""
+    study = other(paper).only(["baseline", "repaired"]).changed(
+        {"observers.baseline.errors": {}, "observers.repaired.initial.alpha_hat": paper.machine.alpha})
+    off = {"scenarios": {"braking": {"title": "braking", "observers": {"repaired": {"errors": {"R_s": 0.05}}}}}}
+    uneven = Study.from_data({**study.data, **off})
+    found = standings(uneven, two_runs, None)
+    easier, asked = verdicts(uneven, found, None)
+    assert easier.endswith("all of 2 runs, in 1 of which it has the right parameters and others have not.")
+    assert "right parameters" not in asked
+    block = own_machine(uneven, two_runs, found, ([], []), [], None)
+    cells = re.findall("<td[^>]*>(.*?)</td>", block.split("<details")[0])
+    assert ["with the right parameters" in cell for cell in cells] == [False, False, False, False, True, False]
+    even = uneven.changed({"scenarios.braking.observers.baseline.errors": {"R_s": 0.05}})
+    assert not any("right parameters" in line for line in verdicts(even, found, None))
+    assert spared(paper.scenario("fig4")) == ([], []), "beside the baseline's wrong alpha they begin with a wrong alpha_hat"
 
 
 def test_which_to_take_or_that_none_works(paper: Study, two_runs: list[Scenario]) -> None:

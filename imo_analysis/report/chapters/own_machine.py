@@ -7,11 +7,11 @@ from collections.abc import Sequence
 
 from imo_analysis.report.metrics import Resting
 from imo_analysis.report.modulation import Modulation
-from imo_analysis.report.own import Cured, Standing
+from imo_analysis.report.own import Cured, Standing, run_of
 from imo_analysis.report.page import Html, answer, inline, join, number, table, tag
 from imo_analysis.report.scenarios import ExcitationResult, Scenario, judged, outcome
 from imo_analysis.report.words import typeset
-from imo_analysis.simulation.judge import STRETCH, criterion, size
+from imo_analysis.simulation.judge import STRETCH, criterion, size, spared
 from imo_analysis.study import Study
 
 
@@ -45,7 +45,7 @@ def own_machine(
             tag("p", "Ordered by the share of the points of the map at which the loop closed on it holds, in ", where,
                 "; then by the runs in which it tracks. Where it does not hold, small differences of the way there decide "
                 "how far off the speed ends.", class_="note"),
-            _errors(scenarios, order, study.machine.n_p),
+            _errors(study, scenarios, order),
             tag("details", tag("summary", "The same runs in more numbers"), _table(study, scenarios, order), class_="more"),
             tag("p", _cure(cured, tried, study.machine.n_p)),
             tag("details", tag("summary", "Whether the rotor's parameter can be told apart from the speed, run by run"),
@@ -54,16 +54,18 @@ def own_machine(
     )
 
 
-def _errors(scenarios: Sequence[Scenario], order: Sequence[str], n_p: int) -> Html:
+def _errors(study: Study, scenarios: Sequence[Scenario], order: Sequence[str]) -> Html:
     """The mean error at the end of each run, an observer a column."""
     rows = []
     for scenario in scenarios:
         ends = {one.observer: one for one in judged(scenario)}
+        easier, _ = spared(run_of(study, scenario))
         row: list[object] = [_title(scenario)]
         for name in order:
             one = ends.get(name)
             watches = not scenario.driven and scenario.driver not in ("", name)
-            row.append("–" if one is None else _cell(one, n_p) + (" (watches)" if watches else ""))
+            remark = (" (watches)" if watches else "") + (" (with the right parameters)" if name in easier else "")
+            row.append("–" if one is None else _cell(one, study.machine.n_p) + remark)
         rows.append(row)
     return table(("run", *(f"`{name}`" for name in order)), rows,
                  "Where the estimates end: whether it tracks, and its mean error in rad/s, electrical, in % of the "
