@@ -196,6 +196,10 @@ def _tell(
     say(args, f"  {treatment.text}")
     if found.gaps:
         say(args, f"  {_gaps(found, level)}")
+        keep = _keep([runner.name for runner in observers])
+        if keep and (found.steps > level.longest_line).any():
+            say(args, f"  where load or flux changes in a gap that is passed over, {', '.join(keep)} may stay off behind it, as "
+                      "after a wrong start: cut the record there, so that it begins behind the gap")
     wide = default_bandwidth(machine, level, found.sample_time) if bandwidth is None else bandwidth
     if level.flux > 0 and any(runner.by_rule for runner in observers):
         noise = speed_noise(machine, level, found.sample_time, wide)
@@ -224,6 +228,13 @@ def _gaps(found: Any, level: Any) -> str:
     return "; ".join(parts)
 
 
+def _keep(names: list[str]) -> list[str]:
+    """The observers with which a wrong flux stays: those that adapt alpha."""
+    from imo_analysis.equations.catalogue import OBSERVERS
+
+    return [name for name in names if name in OBSERVERS and "alpha_hat" in OBSERVERS[name].states]
+
+
 def _tell_start(args: argparse.Namespace, log: Any, observers: list[Any], source: Any) -> None:
     """How the observers begin, and which of them a wrong start stays with."""
     from imo_analysis.commands.output import say
@@ -231,7 +242,7 @@ def _tell_start(args: argparse.Namespace, log: Any, observers: list[Any], source
 
     say(args, f"  {observers[0].begun.how}")
     guessed = [runner.name for runner in observers if runner.guessed]
-    keep = [name for name in guessed if name in OBSERVERS and "alpha_hat" in OBSERVERS[name].states]
+    keep = _keep(guessed)
     forget = [name for name in guessed if name in OBSERVERS and name not in keep and "printed" not in name]
     if keep:
         say(args, f"  as far as that flux is wrong, z_hat and xi_hat of {', '.join(keep)} stay wrong; the flux that they "

@@ -335,7 +335,8 @@ class _Text:
                 if value is None or not math.isfinite(value):
                     what = f"= {cells[k].strip()!r} is not a number" if cells[k].strip() else "is empty"
                     raise InputError(f"{self.path} line {number}: {self.header[k]} {what}; every sample must be there. "
-                                     "Cut the record before or after it, or leave such lines out and say --gaps bridge")
+                                     "Cut the record before or after it, or take out the lines without values and say "
+                                     "--gaps bridge; --rate would hide such a gap")
         raise InputError(f"{self.path} cannot be read as columns of numbers: {otherwise.splitlines()[0] if otherwise else '?'}")
 
 

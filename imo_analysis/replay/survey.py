@@ -191,7 +191,8 @@ def _check_steps(log: Log, time: np.ndarray, steps: np.ndarray, period: float, f
         where = f"{log.place(first + at)} (t = {time[at + 1]:.9g} s)"
         if steps[at] <= 0:
             turn = "repeats" if steps[at] == 0 else f"goes back by {-steps[at]:.4g} s"
-            raise InputError(f"{where}: time {turn}; it must increase. If time was rounded, give --rate in Hz instead")
+            raise InputError(f"{where}: time {turn}; it must increase. Take out a line that is there twice; "
+                             "if time was rounded, give --rate in Hz instead")
         missing = round(steps[at] / period) - 1
         what = f"{missing} sample(s) missing" if missing > 0 else "samples are not evenly spaced"
         raise InputError(

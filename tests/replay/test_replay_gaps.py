@@ -179,6 +179,20 @@ def test_it_says_what_is_done_over_gaps(folder, gapped, capsys):
         survey(Log.open(gapped[1], 2))
 
 
+def test_it_says_who_stays_off_where_the_load_changes_in_a_gap(folder, gapped, capsys):
+    """Two steady states with a gap between them: the baseline finds the second; one that adapts alpha does from there only."""
+    first, second = steady(1.0, slip=0.5), steady(4.0, slip=15.0)[13000:]
+    path, behind = write(folder / "loaded.csv", np.vstack([first, second])), write(folder / "behind.csv", second)
+    names = ["baseline", "repaired"]
+    over, alone = (replayed(one, TABLE, names, bridge=True)[0] for one in (path, behind))
+    last = {name: [np.abs(error(data, name, 0.0)[-3000:]).max() for data in (over, alone)] for name in names}
+    assert max(last["baseline"]) < 1.0 and last["repaired"][1] < 1.0 < 10.0 < last["repaired"][0], last
+    for record, wanted, said in ((path, "baseline,repaired", True), (path, "baseline", False), (behind, "repaired", False)):
+        words = ["replay", str(record), "--machine", machine_file(folder), "--gaps", "bridge", "--observer", wanted]
+        assert cli.main(words) == 0
+        assert (" passed over, repaired may stay off behind it" in capsys.readouterr().out) is said
+
+
 def test_no_line_is_drawn_over_a_gap(gapped):
     """Over 0.12 s and over the two milliseconds, both of several samples; not over one missing sample."""
     from imo_analysis.report.replay_figure import broken, replay_figure
