@@ -160,7 +160,8 @@ def advice(study: Study, found: Sequence[Standing], plane: xr.Dataset | None, re
     """Which observer to take, or that none works, and what decides."""
     n_p, best = study.machine.n_p, found[0]
     if plane is None or not best.limits:
-        return [f"Which observer can drive this machine was not computed: {refused}. In the runs `{best.observer}` does best."]
+        said = f"Which observer can drive this machine was not computed: {refused}. In the runs `{best.observer}` does best."
+        return [said, _decides(study, ())] if guessed_range(study.machine.source) else [said]
     able = [one for one in found if one.works]
     chosen = to_take(found)
     first, *others = chosen.limits
@@ -192,18 +193,19 @@ def overloads(study: Study, scenarios: Sequence[Scenario]) -> list[str]:
 
 
 def _decides(study: Study, limits: Sequence[Limit]) -> str:
-    """That the stator resistance decides, what the one of the study is worth, and whether the loop holds for that."""
+    """That the stator resistance decides, what the one of the study is worth, and, where known, if the loop holds for that."""
     R_s = f"R_s = {study.machine.R_s:.4g} Ω"
     span = guessed_range(study.machine.source)
     if span:
         low, high = study.machine.R_s / span[1] - 1, study.machine.R_s / span[0] - 1 if span[0] else math.inf
         tried = min(high, WIDEST)
         borne = all(one.low <= low and tried <= one.high for one in limits)
-        beside = ("which is more than the loop above holds for" if not borne else "for all of which the loop above holds"
-                  if high == tried else f"and as far as that was tried, {100 * WIDEST:g} %, the loop above holds")
+        beside = (", which is more than the loop above holds for" if not borne else
+                  ", for all of which the loop above holds" if high == tried else
+                  f", and as far as that was tried, {100 * WIDEST:g} %, the loop above holds")
         return (f"What decides is the stator resistance. {R_s} is only an estimate: the name plate gives it only to between "
                 f"{span[0]:.3g} and {span[1]:.3g} Ω, for losses in the iron and in the bearings are counted with it. So it may "
-                f"be from {per_cent(low)} too low to {per_cent(tried)} too high, {beside}. Measure it, half of "
+                f"be from {per_cent(low)} too low to {per_cent(tried)} too high{beside if limits else ''}. Measure it, half of "
                 "what an ohmmeter shows between two terminals, and make the study again, before relying on any line below.")
     return (f"What decides is the stator resistance, here {R_s}. It must be known as closely as that at any temperature: "
             f"copper that warms by {R_S_OFF / COPPER:.0f} K has {100 * R_S_OFF:g} % more.")

@@ -52,7 +52,8 @@ def require_plain(study: Study, what: str) -> None:
         return
     has = {"inverter.delay": loop.delay, "inverter.dc_link": bool(loop.inverter), "sensors.current_resolution": loop.quantised,
            "drive.errors": loop.believes and not loop.two_mass, "mechanics.coulomb": loop.coulomb,
-           "mechanics.load_share": loop.two_mass, "saturation": loop.saturated, "simulation.order": loop.order != 4,
+           "mechanics.load_share": loop.two_mass, "saturation": loop.saturated,
+           f"simulation.order = {loop.order}": loop.order != 4,
            "different observers.*.direction": not plain(Loop(loop.observers, loop.feedback, directions=loop.directions))}
     found = ", ".join(name for name, on in has.items() if on)
     raise InputError(f"{found}: {what} must do without; take it out of the study, or run the study alone with imo simulate")

@@ -223,6 +223,9 @@ def test_what_the_stator_resistance_is_worth(paper: Study, two_runs: list[Scenar
     all_tried = decides("", [(-0.5, 0.5)] * len(WIDE))[1]
     assert "to 50 % or more too high, and as far as that was tried, 50 %, the loop above holds." in all_tried
     assert "only an estimate" not in decides('R_s = "1.2 ohm"\n', WIDE)[1]
+    unmapped = advice(study, standings(study, two_runs, None), None, "no batch")[-1]
+    assert "is only an estimate" in unmapped and "to 50 % or more too high. Measure it" in unmapped
+    assert "loop above" not in unmapped
 
 
 def test_a_load_that_no_machine_carries(paper: Study, two_runs: list[Scenario]) -> None:

@@ -335,6 +335,8 @@ def test_plain_or_not(paper, everything):
     assert not plain(Loop(("repaired", "baseline"), directions=("reference", "true")))
     with pytest.raises(InputError, match=r"inverter.delay, inverter.dc_link, .*saturation: a batch must do without"):
         run_batch(everything, {})
+    with pytest.raises(InputError, match=r"^simulation.order = 5: a batch must do without"):
+        run_batch(paper.changed({"simulation.order": 5}), {})
 
 
 @pytest.mark.parametrize(("values", "text"), [
