@@ -198,8 +198,8 @@ def _tell(
         say(args, f"  {_gaps(found, level)}")
         keep = _keep([runner.name for runner in observers])
         if keep and (found.steps > level.longest_line).any():
-            say(args, f"  where load or flux changes in a gap that is passed over, {', '.join(keep)} may stay off behind it, as "
-                      "after a wrong start: cut the record there, so that it begins behind the gap")
+            say(args, f"  where load or flux changes in a gap that is passed over, {', '.join(keep)} may stay off behind it, "
+                      "as after a wrong start: cut the record there, so that it begins behind the gap")
     wide = default_bandwidth(machine, level, found.sample_time) if bandwidth is None else bandwidth
     if level.flux > 0 and any(runner.by_rule for runner in observers):
         noise = speed_noise(machine, level, found.sample_time, wide)

@@ -101,6 +101,7 @@ def _own_observers(study: Study) -> dict[str, list[str]]:
 def _departures(study: Study, name: str) -> list[str]:
     """How far each row leaves the machine, in symbols where that is short, and in numbers at the study's first speed, idle."""
     from imo_analysis.equations.catalogue import OBSERVERS
+    from imo_analysis.equations.own import ESTIMATED
     from imo_analysis.notation import over_time, symbol
     from imo_analysis.pencils.error import OperatingPoint
     from imo_analysis.pencils.own import departures, size_of
@@ -108,13 +109,19 @@ def _departures(study: Study, name: str) -> list[str]:
     settings, p = study.observers[name], study.machine.observer_parameters
     point = OperatingPoint(study.poles.omega[0], study.drive.flux, 0.0)
     rows = []
-    for state, departure in departures(settings.kind).items():
+    found = departures(settings.kind)
+    for state, departure in found.items():
         flux = state not in OBSERVERS[settings.kind].states
         size = size_of(departure, settings.kind, settings.gains, p, point)
         unit = "Wb" if flux else over_time(symbol(state).unit)
         text = str(departure)
         rows.append(f"{f'the flux estimate, {state[-1]} axis,' if flux else 'the rate of ' + state} is off by "
                     + (f"{text}: " if len(text) <= 80 else "") + f"{size:.4g} {unit} at {point.omega:g} rad/s, idle")
+    unknown = [state for state in found if state.endswith("_hat") and state.removesuffix("_hat") not in ESTIMATED]
+    if unknown:
+        verb = "is no estimate" if len(unknown) == 1 else "are no estimates"
+        rows.append(f"{', '.join(unknown)} {verb} of a quantity that is known here, and so counted as zero while the estimates "
+                    f"are right; those are NAME_hat of {', '.join(ESTIMATED)}")
     return rows
 
 

@@ -75,6 +75,10 @@ def test_study_says_whether_right_estimates_stay_right(folder, capsys):
     assert "slip.py: at zero error the estimates follow the machine: no\n" in said.out
     assert "  the rate of R_s_shift is off by R_s: 0.439 ohm/s at 30 rad/s, idle\n" in said.out
     assert said.err.count("\n") == 1 and said.err.startswith("imo: warning: ") and "R_s_shift leaves the machine" in said.err
+    assert "no estimate of a quantity" not in said.out
+    (folder / "slip.py").write_text((folder / "slip.py").read_text().replace("R_s_shift", "Rs_hat"))
+    assert imo("study", folder / "slip.toml") == 0
+    assert "  Rs_hat is no estimate of a quantity that is known here, and so counted as zero" in capsys.readouterr().out
 
 
 def test_simulate_records_its_states_with_their_units_and_excite_says_what_does_not_apply(folder, capsys):
