@@ -31,7 +31,12 @@ def _observers(data: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
 
 def _axis_label(variable: Any) -> str:
     """Words, symbol and unit of a swept quantity."""
-    return f"{variable.attrs.get('long_name', variable.name)} {symbol_and_unit(variable)}"
+    return with_words(variable.attrs.get("long_name", variable.name), variable)
+
+
+def with_words(words: str, variable: Any) -> str:
+    """Words, then symbol and unit; these alone of a gain of a user's own, of which no words are known but its name."""
+    return symbol_and_unit(variable) if words == variable.name else f"{words} {symbol_and_unit(variable)}"
 
 
 def symbol_and_unit(variable: Any) -> str:

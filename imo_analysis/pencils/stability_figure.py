@@ -9,7 +9,7 @@ import numpy as np
 
 from imo_analysis.drawing import new_figure, points, style
 from imo_analysis.errors import InputError
-from imo_analysis.pencils.maps import symbol_and_unit
+from imo_analysis.pencils.maps import with_words
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -130,5 +130,4 @@ def _key(data: xr.Dataset) -> tuple[list[Any], list[str]]:
 
 def _label(variable: Any, width: int = 60) -> str:
     """Words up to the first comma, in lines of this width, then symbol and unit."""
-    words = "\n".join(wrap(variable.attrs["long_name"].partition(",")[0], width))
-    return f"{words} {symbol_and_unit(variable)}"
+    return with_words("\n".join(wrap(variable.attrs["long_name"].partition(",")[0], width)), variable)

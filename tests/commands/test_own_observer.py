@@ -18,6 +18,8 @@ from imo_analysis.equations.own import located
 from imo_analysis.errors import InputError
 from imo_analysis.pencils.error import OperatingPoint, poles_at
 from imo_analysis.pencils.operating import poles_with_errors
+from imo_analysis.pencils.setup import Setup
+from imo_analysis.pencils.stability import stability_map
 from imo_analysis.replay.estimate import Treatment, estimate
 from imo_analysis.report.dossier import write_dossier
 from imo_analysis.simulation.run import simulate
@@ -126,6 +128,13 @@ def test_poles_at_known_speed_are_the_baseline_s_and_with_the_adaptation_there_i
                                np.sort_complex(poles_at(machine, "baseline", baseline, point, "full")), rtol=1e-9)
     over = ("--over", "h_s=0.01:0.1:5", "--full", "3", "--at", "20")
     assert imo("poles", folder / "study.toml", *over, "--observer", "mine") == 0
+
+
+def test_an_axis_of_an_own_gain_has_its_symbol_once(study):
+    setup = Setup.of_study(study, "mine")
+    over = {"omega": [10.0, 20.0, 30.0], "h_s": [0.01, 0.02, 0.03]}
+    axes = stability_map(setup, over, OperatingPoint(20.0, 0.5307, 3.0), "full").plot().axes[0]
+    assert axes.get_ylabel() == r"$h_{s}$ (ohm/(A^2 s))" and axes.get_xlabel().startswith("electrical speed $")
 
 
 def test_poles_take_a_file_by_its_name_with_the_gains_that_the_study_has(folder, capsys, monkeypatch):
