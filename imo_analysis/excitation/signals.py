@@ -295,5 +295,6 @@ def _even_steps(source: Source, gaps: Gaps | None) -> tuple[Stretches, float]:
         if off.any():
             at = int(np.argmax(off))
             raise InputError(f"time of {source.name} is not evenly spaced: sample {part.start + at} is at {time[at]:.9g} s, "
-                             f"a step of {step:.6g} s would give {expected[at]:.9g} s; resample the log")
+                             f"a step of {step:.6g} s would give {expected[at]:.9g} s; resample the log. Where "
+                             "samples are missing, imo replay --gaps bridge judges the stretches between")
     return stretches_of(gaps.first, size, start), step
