@@ -74,7 +74,7 @@ def test_broken_rows_are_refused_and_without_them_there_is_a_gap(folder):
     rows = steady(1.0)
     rows[5000:5003, 1:] = np.nan
     path = write(folder / "nan.csv", rows)
-    with pytest.raises(InputError, match=r"line 5002: u_alpha = .nan. is not a number; .* leave such lines out"):
+    with pytest.raises(InputError, match=r"line 5002: u_alpha = .nan. is not a number; .* take out the lines without values"):
         survey(Log.open(path, 2), bridge=True)
     lines = [line for line in path.read_text().splitlines() if "nan" not in line]
     path.write_text("\n".join(lines) + "\n")
