@@ -64,7 +64,8 @@ def run(args: argparse.Namespace) -> int:
     doubtful(args.over or [], setups)
     _check_own(args, setups)
     for label, gains in assumed.items():
-        say(args, f"{label}: the study has no " + ", ".join(gains) + "; taken as imo excite --design does without noise: "
+        taken = "by the rule of thumb" if "h_s" in gains else "as imo excite --design does without noise"
+        say(args, f"{label}: the study has no " + ", ".join(gains) + f"; taken {taken}: "
             + ", ".join(f"{name} = {value:g}" for name, value in gains.items()))
     if args.tune is not None:
         setups = _tuned(args, setups, refused)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from imo_analysis.errors import InputError
 
 if TYPE_CHECKING:
+    from imo_analysis.machine import InductionMachine
     from imo_analysis.pencils.setup import Setup
 
 # Faster than any machine turns, in rad/s; far above it the squares of a pencil overflow.
@@ -95,9 +96,10 @@ def chosen(study: Any, args: argparse.Namespace) -> tuple[dict[str, Setup], dict
                 refused[label] = reason
                 continue
             own = {gain: study.known_gains[gain] for gain in gains if gain in study.known_gains}
-            if args.full is not None and (more := _supervisor(gains, own)):
+            machine = other or study.machine
+            if args.full is not None and (more := {**_supervisor(gains, own), **_resistance(gains, own, machine, study.drive)}):
                 assumed[label] = more
-            setups[label] = Setup(kind, other or study.machine, {**own, **assumed.get(label, {})})
+            setups[label] = Setup(kind, machine, {**own, **assumed.get(label, {})})
         else:
             known = ", ".join(dict.fromkeys([*study.observers, *OBSERVERS]))
             raise InputError(f"observer = {label!r} is not known; choose from: {known}; or a file of your own, mine.py")
@@ -113,6 +115,16 @@ def _supervisor(gains: Any, own: dict[str, float]) -> dict[str, float]:
     from imo_analysis.excitation.duty import ETA, LEAST
 
     return {gain: value for gain, value in (("eta", ETA), ("S_0", LEAST)) if gain in gains and gain not in own}
+
+
+def _resistance(gains: Any, own: dict[str, float], machine: InductionMachine, drive: Any) -> dict[str, float]:
+    """The gain of the resistance adaptation by the rule of thumb, for the l_1 that an observer of the study has."""
+    if "h_s" not in gains or "h_s" in own or "l_1" not in own or drive is None:
+        return {}
+    from imo_analysis.tuning.formulas import resistance_gain
+
+    decay = machine.gamma + machine.alpha + own["l_1"]
+    return {"h_s": float(resistance_gain(machine.alpha, machine.sigma, decay, machine.L_m, drive.flux))}
 
 
 def left(setups: dict[str, Setup], refused: dict[str, str], check: Any) -> dict[str, Setup]:

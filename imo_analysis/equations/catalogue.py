@@ -4,7 +4,18 @@ from __future__ import annotations
 
 from typing import Any
 
-from imo_analysis.equations import across, adaptive, baseline, luenberger, own, quiet, repaired, scheduled, supervised
+from imo_analysis.equations import (
+    across,
+    adaptive,
+    baseline,
+    luenberger,
+    own,
+    quiet,
+    repaired,
+    resistance,
+    scheduled,
+    supervised,
+)
 from imo_analysis.equations.observer import PARAMETERS, Observer
 from imo_analysis.equations.transformation import from_z, reconstructed_flux
 from imo_analysis.errors import InputError
@@ -55,6 +66,10 @@ OBSERVERS = Catalogue({
         Observer("baseline_scheduled", scheduled.baseline_scheduled,
                  ("i_ds_hat", "i_qs_hat", "phi_dr_hat", "phi_qr_hat", "omega_hat"), ("k", "h"),
                  _flux_baseline, "Kubota 1993", "the baseline with Kubota's gain, scheduled on its own speed", False),
+        Observer("baseline_resistance", resistance.baseline_resistance,
+                 ("i_ds_hat", "i_qs_hat", "phi_dr_hat", "phi_qr_hat", "omega_hat", "R_s_shift"),
+                 ("l_1", "l_2", "l_3", "l_4", "h", "h_s"),
+                 _flux_baseline, "Kubota 1994", "the baseline, which adapts the stator resistance as well", False),
         *(
             Observer(f"luenberger_{name}", rates,
                      ("i_ds_hat", "i_qs_hat", "z_1_hat", "z_2_hat", "omega_hat"), ("k_1", "k_2", "K_p"),

@@ -184,6 +184,17 @@ def _baseline_scheduled(x: Any, i: Any, u: Any, direction: Any, p: Any, gains: A
     return _baseline(x, i, u, direction, p, (l_i.re, l_i.im, l_phi.re, l_phi.im, gains[1]))
 
 
+def _resistance_rate(x: Any, i: Any, h_s: Any) -> Any:
+    i_hat = Gauss(*x[:2])
+    return h_s * (dot(i_hat, i_hat) - dot(Gauss(*i), i_hat))
+
+
+def _baseline_resistance(x: Any, i: Any, u: Any, direction: Any, p: Any, gains: Any) -> Any:
+    """The voltage across the added resistance is taken from the voltage that the baseline is told."""
+    left = Gauss(*u) - Gauss(*x[:2]) * x[5]
+    return (*_baseline(x, i, (left.re, left.im), direction, p, gains), _resistance_rate(x, i, gains[5]))
+
+
 def _layer(alpha_hat: Any, alpha_l: Any, delta: Any) -> Any:
     return (alpha_l - alpha_hat) * (alpha_l + alpha_hat) / (delta * (2 * alpha_l - delta))
 
@@ -381,6 +392,10 @@ FORMS: tuple[Form, ...] = (
     Form("baseline", "baseline", (5, 2, 2, 0, 5, 5), _baseline),
     Form("scheduled", "proportional_gain", (0, 0, 5), _k_times),
     Form("scheduled", "baseline_scheduled", (5, 2, 2, 0, 5, 2), _baseline_scheduled),
+    Form("resistance", "gain_of_rate", (0,) * 5,
+         lambda rate, sigma, decay, L_m, flux: rate / ((flux / L_m) ** 2 / (sigma * decay))),
+    Form("resistance", "resistance_rate", (5, 2, 0), _resistance_rate),
+    Form("resistance", "baseline_resistance", (6, 2, 2, 0, 5, 6), _baseline_resistance),
     Form("lyapunov", "corrected_13", (0,) * 15, _corrected_13),
     Form("lyapunov", "with_direction", (0,) * 15, _with_direction),
     Form("lyapunov", "reduced", (0,) * 9, _reduced_v),

@@ -18,6 +18,8 @@ the speed, since one record seldom has the excitation that tells them apart.
 The scheduled baseline is the exception: it is unstable while stator frequency over speed lies between 0 and k (R_s/sigma) /
 (gamma + alpha), from some k on for an idle machine too (`imo derive scheduled`). Its k is the geometric mean of that k and
 of 1, no feedback, and its bandwidth is what the poles' sum k (gamma + alpha) allows with the same damping.
+
+The stator resistance is adapted at 0.1 alpha, too.
 """
 
 from __future__ import annotations
@@ -26,6 +28,7 @@ import math
 
 from imo_analysis.equations.catalogue import OBSERVERS
 from imo_analysis.equations.own import is_file
+from imo_analysis.equations.resistance import gain_of_rate
 from imo_analysis.errors import InputError
 from imo_analysis.machine import InductionMachine
 from imo_analysis.replay.check import Level
@@ -97,6 +100,7 @@ def default_gains(kind: str, machine: InductionMachine, level: Level, bandwidth:
     values = {
         "k_1": k_1, "kappa": loop, "k_2": k_2, "k_3": loop, "K_p": K_p, "g": ALPHA_SHARE * K_p,
         "alpha_l": machine.alpha / 2, "delta": machine.alpha / 10, "l_1": k_1, "l_2": 0.0, "l_3": 0.0, "l_4": 0.0, "h": K_p,
+        "h_s": gain_of_rate(FLUX_LOOPS * machine.alpha, machine.sigma, k_1 + machine_decay, machine.L_m, level.flux),
         "k": k, "eta": FORGETTING, "S_0": EXCITED_SHARE * (machine.beta * level.flux) ** 2,
     }
     return {name: values[name] for name in observer.gains}

@@ -28,11 +28,14 @@ from imo_analysis.sweeps.sensorless_map import WIDEST
 if TYPE_CHECKING:
     import xarray as xr
 
-# In a few words, where the catalogue's meaning takes the paper for granted.
 NEAR = 0.1  # of the largest stator frequency: what is called near zero
 COPPER = 0.00393  # 1/K: how the resistance of copper rises from that at 20 °C
+GENERATING = ("Where the load drives the machine its R_s drifts away from the right one, whatever its gains are, the faster "
+              "the slower the machine turns (`imo derive resistance`).")
+# In a few words, where the catalogue's meaning takes the paper for granted.
 _WHAT = {
     "baseline": "the classical adaptive full-order observer of Kubota and Matsuse",
+    "baseline_resistance": "that of Kubota and Matsuse which adapts the stator resistance as well",
     "consistent_12": "the paper's observer, in the one reading of its equations that agrees with its proof, (12)",
     "repaired": "the paper's observer with the repair that makes its proof hold",
     "quiet": "the repaired one, changed so that current noise does not push its estimate of alpha",
@@ -161,7 +164,7 @@ def advice(study: Study, found: Sequence[Standing], plane: xr.Dataset | None, re
     n_p, best = study.machine.n_p, found[0]
     if plane is None or not best.limits:
         said = f"Which observer can drive this machine was not computed: {refused}. In the runs `{best.observer}` does best."
-        return [said, _decides(study, ())] if guessed_range(study.machine.source) else [said]
+        return [said, _decides(study, best, ())] if guessed_range(study.machine.source) else [said]
     able = [one for one in found if one.works]
     chosen = to_take(found)
     first, *others = chosen.limits
@@ -173,10 +176,11 @@ def advice(study: Study, found: Sequence[Standing], plane: xr.Dataset | None, re
         rest = [f"`{one.observer}`" for one in found if one.limits and not one.works]
         said += f" {where_it_fails(plane, chosen.observer)}"
         said += f" It does not hold so with {', '.join(rest)}." if rest else ""
+        said += f" {GENERATING}" if chosen.kind == "baseline_resistance" else ""
     else:
         said = ("None of these observers works on this machine without a speed sensor. The best of them is "
                 f"`{chosen.observer}`: driven by it alone, the machine holds {where} {bounds} ({asked}).")
-    return [said, _decides(study, chosen.limits)]
+    return [said, _decides(study, chosen, able)]
 
 
 def run_of(study: Study, run: Scenario) -> Study:
@@ -192,20 +196,35 @@ def overloads(study: Study, scenarios: Sequence[Scenario]) -> list[str]:
     return [f"In “{title}” {said}: no observer can help that." for title, said in loads.items() if said]
 
 
-def _decides(study: Study, limits: Sequence[Limit]) -> str:
-    """That the stator resistance decides, what the one of the study is worth, and, where known, if the loop holds for that."""
+def _decides(study: Study, chosen: Standing, able: Sequence[Standing]) -> str:
+    """That the stator resistance decides, what the one of the study is worth, and whether the loop holds for that.
+
+    Where it does not, but with another observer that works it does, that one is named.
+    """
     R_s = f"R_s = {study.machine.R_s:.4g} Ω"
     span = guessed_range(study.machine.source)
     if span:
         low, high = study.machine.R_s / span[1] - 1, study.machine.R_s / span[0] - 1 if span[0] else math.inf
         tried = min(high, WIDEST)
-        borne = all(one.low <= low and tried <= one.high for one in limits)
-        beside = (", which is more than the loop above holds for" if not borne else
-                  ", for all of which the loop above holds" if high == tried else
-                  f", and as far as that was tried, {100 * WIDEST:g} %, the loop above holds")
+
+        def borne(one: Standing) -> bool:
+            return all(limit.low <= max(low, -WIDEST) and tried <= limit.high for limit in one.limits)
+
+        other = next((one for one in able if borne(one)), chosen)
+        if not chosen.limits:
+            beside = ""
+        elif borne(chosen):
+            beside = (", for all of which the loop above holds" if high == tried else
+                      f", and as far as that was tried, {100 * WIDEST:g} %, the loop above holds")
+        elif other is chosen:
+            beside = ", which is more than the loop above holds for"
+        else:
+            beside = (f", which is more than the loop above holds for; with `{other.observer}` it holds for all that was tried at "
+                      "those two points")
+        warned = f" {GENERATING}" if other is not chosen and other.kind == "baseline_resistance" else ""
         return (f"What decides is the stator resistance. {R_s} is only an estimate: the name plate gives it only to between "
                 f"{span[0]:.3g} and {span[1]:.3g} Ω, for losses in the iron and in the bearings are counted with it. So it may "
-                f"be from {per_cent(low)} too low to {per_cent(tried)} too high{beside if limits else ''}. Measure it, half of "
+                f"be from {per_cent(low)} too low to {per_cent(tried)} too high{beside}.{warned} Measure it, half of "
                 "what an ohmmeter shows between two terminals, and make the study again, before relying on any line below.")
     return (f"What decides is the stator resistance, here {R_s}. It must be known as closely as that at any temperature: "
             f"copper that warms by {R_S_OFF / COPPER:.0f} K has {100 * R_S_OFF:g} % more.")

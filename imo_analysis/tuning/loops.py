@@ -9,6 +9,8 @@ constant and one grows with the speed (`imo_analysis.pencils.pole_rule`):
     quiet, across,  k_1 = a - gamma - alpha, since alpha_hat (1 + beta L_m) i_hat adds to the decay; the rest alike
       supervised
     baseline        l_1 = a - gamma - alpha,  l_3 = (X - R_s/sigma - l_1) / beta with alpha X = D_0,  h = (omega_n / b)^2
+    baseline_       as baseline; h_s from a (`imo_analysis.tuning.formulas.resistance_gain`)
+      resistance
     scheduled       k = a / (gamma + alpha),  h = (omega_n / b)^2
 """
 
@@ -18,10 +20,12 @@ from dataclasses import dataclass
 from typing import Any
 
 from imo_analysis.machine import InductionMachine
+from imo_analysis.tuning.formulas import resistance_gain
 
 QUIET = ("quiet", "across", "supervised")
 ADAPTIVE = ("consistent_12", "repaired", *QUIET)
 TUNABLE = ("baseline", "baseline_scheduled", *ADAPTIVE)
+RULED = (*TUNABLE, "baseline_resistance")  # kinds that the rule of thumb has gains for
 
 
 @dataclass(frozen=True)
@@ -46,7 +50,7 @@ class Loops:
 
 def least_current(machine: InductionMachine, kind: str) -> float:
     """The decay a that no current feedback at all leaves, in 1/s: gains below zero are not used."""
-    if kind in ("baseline", "baseline_scheduled", *QUIET):
+    if kind.startswith("baseline") or kind in QUIET:
         return machine.gamma + machine.alpha
     return machine.R_s / machine.sigma
 
@@ -59,7 +63,7 @@ def gains_of(machine: InductionMachine, kind: str, flux: float, loops: Loops, mi
     machine : InductionMachine
         As the observer believes it to be.
     kind : str
-        One of `TUNABLE`.
+        One of `RULED`.
     flux : float
         Magnitude of the rotor flux in Wb.
     loops : Loops
@@ -69,10 +73,13 @@ def gains_of(machine: InductionMachine, kind: str, flux: float, loops: Loops, mi
     """
     speed = (loops.omega_n / (machine.beta * flux)) ** 2
     feedback = loops.current - least_current(machine, kind)
-    if kind == "baseline":
+    if kind in ("baseline", "baseline_resistance"):
         strength = loops.constant / machine.alpha
         l_3 = (strength - machine.R_s / machine.sigma - feedback) / machine.beta
-        return {"l_1": feedback, "l_2": 0.0 * feedback, "l_3": l_3, "l_4": 0.0 * feedback, "h": speed}
+        found = {"l_1": feedback, "l_2": 0.0 * feedback, "l_3": l_3, "l_4": 0.0 * feedback, "h": speed}
+        if kind == "baseline_resistance":
+            found["h_s"] = resistance_gain(machine.alpha, machine.sigma, loops.current, machine.L_m, flux)
+        return found
     if kind == "baseline_scheduled":
         return {"k": loops.current / (machine.gamma + machine.alpha), "h": speed}
     z = {"k_2": loops.rising / middle} if kind == "consistent_12" else {"kappa": loops.rising}

@@ -18,6 +18,10 @@ Kubota's scheduled gain moves all four frozen poles k times as far out as the ma
 no other means to damp the speed loop. Much more than k = 1 loses the speed where the machine brakes slowly, so that the
 settling time is what the machine allows, about 8 / (gamma + alpha), with an overshoot of half the step and more.
 
+The baseline that adapts the stator resistance has the baseline's gains, and h_s such that R_s is adapted a tenth as fast as the
+rotor's flux decays: its law knows nothing of the flux error, and generating it is unstable at any h_s, the slower the smaller
+it is (`imo derive resistance`).
+
 How far it is right: `REGION`, which `imo_analysis.tuning.check` measures.
 """
 
@@ -29,7 +33,7 @@ from dataclasses import dataclass
 from imo_analysis.errors import InputError
 from imo_analysis.machine import InductionMachine
 from imo_analysis.tuning import formulas
-from imo_analysis.tuning.loops import TUNABLE, Loops, gains_of, least_current
+from imo_analysis.tuning.loops import RULED, Loops, gains_of, least_current
 
 DAMPING = 0.7
 
@@ -50,6 +54,7 @@ REGION = (
     "The baseline with Kubota's scheduled gain: no promise. Its only gain for the flux also sets the damping of the speed "
     "loop, and more of it loses the speed where the machine brakes slowly. With these gains it settles about as fast as the "
     "current decays by itself, and overshoots.",
+    "The baseline that adapts $R_s$: no promise either. Generating, it has a pole to the right whatever its gains are.",
     "Parameter errors are in none of this: `imo tune` judges the rule's gains with them, and verifies them in simulation.",
 )
 
@@ -104,14 +109,14 @@ def rule_loops(machine: InductionMachine, kind: str, times: Times) -> Loops:
     InputError
         If there is no rule for this kind.
     """
-    if kind not in TUNABLE:
-        raise InputError(f"observer kind {kind!r} has no tuning rule; choose one of: {', '.join(TUNABLE)}")
+    if kind not in RULED:
+        raise InputError(f"observer kind {kind!r} has no tuning rule; choose one of: {', '.join(RULED)}")
     a_0, t_s, t_r, t_l = least_current(machine, kind), times.settling, times.recovery, times.lag
     low, high = times.omega_min, times.omega_max
     if kind == "baseline_scheduled":
         omega_n, current = formulas.scheduled_loops(machine.gamma, machine.alpha, high)
         return Loops(min(omega_n, times.fastest), current, 0.0, 0.0)
-    if kind == "baseline":
+    if kind in ("baseline", "baseline_resistance"):
         omega_n = min(formulas.baseline_speed(formulas.BASELINE_DAMPING, t_s, t_l, high, a_0), times.fastest)
         current = max(2 * formulas.BASELINE_DAMPING * omega_n, a_0)
         return Loops(omega_n, current, formulas.baseline_feedback(current, machine.alpha), 0.0)

@@ -103,6 +103,10 @@ def tunable(study: Study, names: Sequence[str] = ()) -> list[str]:
         if is_file(kind):
             raise InputError(f"observer {name!r} ({shown(kind)}) cannot be tuned: the search does not know how gains of "
                              "your own act; vary them with imo sweep, in [sweep.fields]")
+        if kind == "baseline_resistance":
+            raise InputError(f"observer {name!r} of kind {kind} cannot be tuned: where the machine generates it has a pole to "
+                             "the right whatever its gains (imo derive resistance); tune a baseline and take its gains, with "
+                             "h_s as imo study --init writes it")
         if kind not in TUNABLE:
             raise InputError(f"observer {name!r} of kind {kind} cannot be tuned; kinds that can: {', '.join(TUNABLE)}")
     found = wanted or [name for name, settings in study.observers.items() if settings.kind in TUNABLE]

@@ -122,11 +122,11 @@ def test_poles_at_known_speed_are_the_baseline_s_and_with_the_adaptation_there_i
     baseline = study.observers["baseline"].gains
     np.testing.assert_array_equal(poles_at(machine, kind, GAINS, point), poles_at(machine, "baseline", baseline, point))
     whole = poles_at(machine, kind, GAINS, point, "full")
-    off = poles_at(machine, kind, {**GAINS, "h_s": 0.0}, point, "full")
+    off = poles_at(machine, kind, {**GAINS, "h_R": 0.0}, point, "full")
     assert whole.shape == (6,) and min(abs(off)) == 0  # without a gain it does not move
     np.testing.assert_allclose(np.sort_complex(off[np.abs(off) > 0]),
                                np.sort_complex(poles_at(machine, "baseline", baseline, point, "full")), rtol=1e-9)
-    over = ("--over", "h_s=0.01:0.1:5", "--full", "3", "--at", "20")
+    over = ("--over", "h_R=0.01:0.1:5", "--full", "3", "--at", "20")
     assert imo("poles", folder / "study.toml", *over, "--observer", "mine") == 0
 
 
@@ -142,7 +142,7 @@ def test_poles_take_a_file_by_its_name_with_the_gains_that_the_study_has(folder,
     assert imo("poles", "study.toml", "--observer", "mine.py", "--omega", "20") == 0
     assert "mine.py (mine), alpha = " in capsys.readouterr().out
     assert imo("poles", "--observer", "mine.py", "--omega", "20", "--full", "2") == 2
-    assert "imo: gains of mine are missing: h_s" in capsys.readouterr().err
+    assert "imo: gains of mine are missing: h_R" in capsys.readouterr().err
     assert imo("poles", "--observer", "gone.py") == 2
     assert "imo: cannot read the observer " in capsys.readouterr().err
 

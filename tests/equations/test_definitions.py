@@ -47,7 +47,7 @@ def test_every_observer_rests_on_the_true_state() -> None:
         p = (R_s, L_m, sigma, beta, alpha)
         z = transformation.to_z(i_d, i_q, phi_d, phi_q, beta)
         true = {"i_ds_hat": i_d, "i_qs_hat": i_q, "phi_dr_hat": phi_d, "phi_qr_hat": phi_q, "z_1_hat": z[0], "z_2_hat": z[1],
-                "xi_1_hat": z[0], "xi_2_hat": z[1], "alpha_hat": alpha, "omega_hat": omega}
+                "xi_1_hat": z[0], "xi_2_hat": z[1], "alpha_hat": alpha, "omega_hat": omega, "R_s_shift": Fraction(0)}
         true |= {name: _rational(random) for name in RUNNING_GRAM}  # a supervisor rests nowhere, and must not matter
         gains = {"alpha_l": alpha / 2, "delta": alpha / 4}
         rates = observer.rates(
@@ -57,7 +57,7 @@ def test_every_observer_rests_on_the_true_state() -> None:
         machine_z = transformation.to_z(*machine[:4], beta)
         expected = {"i_ds_hat": machine[0], "i_qs_hat": machine[1], "phi_dr_hat": machine[2], "phi_qr_hat": machine[3],
                     "z_1_hat": machine_z[0], "z_2_hat": machine_z[1], "xi_1_hat": machine_z[0], "xi_2_hat": machine_z[1],
-                    "alpha_hat": 0, "omega_hat": 0}
+                    "alpha_hat": 0, "omega_hat": 0, "R_s_shift": 0}
         found = dict(zip(observer.states, rates, strict=True))
         assert {s: rate for s, rate in found.items() if s not in RUNNING_GRAM} == {
             s: expected[s] for s in observer.states if s not in RUNNING_GRAM}, observer.name

@@ -65,7 +65,7 @@ def lines(*body):
     (own_text(tail=TAIL.replace('name="mine"', 'name="a/b"')), "name = 'a/b' must be 1 to 60 letters"),
     (own_text(tail=TAIL.replace('"a test"', '"two\\nlines"')), "source = 'two\\nlines' must be one line of 1 to 200"),
     (own_text(tail=TAIL.replace('"a test"', '"$x$"')), "source = '$x$' must be one line of 1 to 200 characters, without"),
-    (own_text(tail=TAIL.replace(', "h_s": "ohm/(A^2 s)"', "")), "h_s is not in the notation; say its unit, units={"),
+    (own_text(tail=TAIL.replace(', "h_R": "ohm/(A^2 s)"', "")), "h_R is not in the notation; say its unit, units={"),
     (own_text(tail=TAIL.replace("ohm/(A^2 s)", "ohms")), "unit 'ohms': cannot read 'ohms'"),
     (own_text(tail=TAIL.replace('{"R_s_shift"', '{"l_1": "ohm", "R_s_shift"')), "l_1 in 'ohm'; it is in '1/s' everywhere"),
     (own_text(tail=TAIL.replace('{"R_s_shift"', '{"q": "ohm", "R_s_shift"')), "units has 'q', which is neither a state nor"),
@@ -113,9 +113,9 @@ def test_a_path_is_relative_to_the_folder_that_is_given_and_written_out_whole(tm
 
 def test_names_that_the_notation_lacks_have_the_unit_of_the_file(tmp_path):
     OBSERVERS[written(tmp_path, own_text())]
-    assert symbol("h_s").unit == "ohm/(A^2 s)" and symbol("h_s").latex == "h_{s}"
+    assert symbol("h_R").unit == "ohm/(A^2 s)" and symbol("h_R").latex == "h_{R}"
     assert symbol("R_s_shift_tilde").unit == "ohm"
-    with pytest.raises(InputError, match=r"other.py: h_s is in '1/s', and .*mine.py has it in 'ohm/\(A\^2 s\)'; give"):
+    with pytest.raises(InputError, match=r"other.py: h_R is in '1/s', and .*mine.py has it in 'ohm/\(A\^2 s\)'; give"):
         OBSERVERS[written(tmp_path, own_text(tail=TAIL.replace("ohm/(A^2 s)", "1/s")), "other.py")]
 
 

@@ -14,7 +14,7 @@ from imo_analysis.equations.catalogue import OBSERVERS, PARAMETERS, RUNNING_GRAM
 from imo_analysis.equations.plant import plant_z
 
 STEP = 1e-30
-SCALARS = ("alpha_hat", "omega_hat", "S")
+SCALARS = ("alpha_hat", "omega_hat", "R_s_shift", "S")
 
 
 def steady(p: dict[str, float], omega: float, flux: float, slip: float) -> dict[str, complex]:
@@ -43,7 +43,7 @@ def truth(name: str, p: dict[str, float], gains: dict[str, float], omega: float,
     """Estimates, currents and voltages where every estimate is right, in the frame of the flux."""
     at = steady(p, omega, flux, slip)
     vector = {"i": at["i"], "z": at["z"], "xi": at["z"], "phi": at["phi"]}
-    values = {"alpha_hat": p["alpha"], "omega_hat": omega}
+    values = {"alpha_hat": p["alpha"], "omega_hat": omega, "R_s_shift": 0.0}
     for label, number in vector.items():
         first, second = {"i": ("i_ds", "i_qs"), "phi": ("phi_dr", "phi_qr")}.get(label, (f"{label}_1", f"{label}_2"))
         values |= {f"{first}_hat": number.real, f"{second}_hat": number.imag}
@@ -93,8 +93,8 @@ def frozen(name: str, p: dict[str, float], gains: dict[str, float], omega: float
     i, z, u = random.normal(size=(3, 2))
     phi = (z - i) / p["beta"]
     true = {"i_ds": i[0], "i_qs": i[1], "z_1": z[0], "z_2": z[1], "xi_1": z[0], "xi_2": z[1], "phi_dr": phi[0],
-            "phi_qr": phi[1], "alpha": p["alpha"], "omega": omega} | dict.fromkeys(RUNNING_GRAM, 0.0)
-    kept = [state for state in observer.states if state not in ("alpha_hat", "omega_hat", *RUNNING_GRAM)]
+            "phi_qr": phi[1], "alpha": p["alpha"], "omega": omega, "R_s_shift": 0.0} | dict.fromkeys(RUNNING_GRAM, 0.0)
+    kept = [state for state in observer.states if state not in (*SCALARS, *RUNNING_GRAM)]
     z_rates = plant_z((*i, *z), tuple(u), omega, 0.0, tuple(p[key] for key in PARAMETERS))
     machine = {"i_ds": z_rates[0], "i_qs": z_rates[1], "z_1": z_rates[2], "z_2": z_rates[3], "xi_1": z_rates[2],
                "xi_2": z_rates[3], "phi_dr": (z_rates[2] - z_rates[0]) / p["beta"],

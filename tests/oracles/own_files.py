@@ -19,14 +19,14 @@ TAIL = """
 
 OBSERVER = Observer(name="mine", rates=rates, flux=flux, source="a test", meaning="the baseline with R_s adapted",
                     states=("i_ds_hat", "i_qs_hat", "phi_dr_hat", "phi_qr_hat", "omega_hat", "R_s_shift"),
-                    gains=("l_1", "l_2", "l_3", "l_4", "h", "h_s"), units={"R_s_shift": "ohm", "h_s": "ohm/(A^2 s)"})
+                    gains=("l_1", "l_2", "l_3", "l_4", "h", "h_R"), units={"R_s_shift": "ohm", "h_R": "ohm/(A^2 s)"})
 """
 ADAPTED = """    R_s, L_m, sigma, beta, alpha = p
     along = (i[0] - x[0]) * x[0] + (i[1] - x[1]) * x[1]
     adapted = baseline(x[:5], i, u, direction, (R_s + x[5], L_m, sigma, beta, alpha), gains[:5])
     return (*adapted, -gains[5] * along)
 """
-GAINS = {"l_1": 161.8, "l_2": 0.0, "l_3": 0.020431, "l_4": 0.0, "h": 100.0, "h_s": 0.03}
+GAINS = {"l_1": 161.8, "l_2": 0.0, "l_3": 0.020431, "l_4": 0.0, "h": 100.0, "h_R": 0.03}
 
 
 def own_text(body: str = ADAPTED, head: str = HEAD, tail: str = TAIL) -> str:

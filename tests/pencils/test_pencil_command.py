@@ -14,6 +14,7 @@ from scipy.optimize import linear_sum_assignment
 from imo_analysis.cli import main
 from imo_analysis.equations.catalogue import OBSERVERS, PARAMETERS
 from imo_analysis.machine import InductionMachine
+from imo_analysis.study import Study
 
 
 def test_table_beside_the_printed_one(capsys: pytest.CaptureFixture[str]) -> None:
@@ -71,7 +72,10 @@ def test_every_observer_and_convention_against_complex_steps(full: bool, capsys:
     data = _poles_of(capsys, "--observer", "all", f"--omega={speeds}", *(["--full", "2"] if full else []))
     seen = {row["observer"] for row in data["table"]}
     assert seen == set(OBSERVERS) and data["refused"] == {}
-    assert data["assumed"] == ({"supervised": {"eta": 1.0, "S_0": 1.0}} if full else {})
+    m, l_1 = Study.paper().machine, Study.paper().observers["baseline"].gains["l_1"]
+    h_s = m.alpha / 10 * m.sigma * (m.gamma + m.alpha + l_1) * (m.L_m / Study.paper().drive.flux) ** 2
+    assert data["assumed"] == ({"supervised": {"eta": 1.0, "S_0": 1.0}, "baseline_resistance": {"h_s": pytest.approx(h_s)}}
+                               if full else {})
     for row in data["table"]:
         if row.get("floquet"):
             assert row["observer"].endswith("printed_7")

@@ -21,7 +21,8 @@ def _case(seed: int, name: str) -> dict[str, Fraction]:
     values |= {gain: Fraction(random.randint(-90, 90), random.randint(1, 9)) for gain in OBSERVERS[name].gains}
     for symbol in ("i_ds", "i_qs", "z_1", "z_2", "omega", "stator_frequency", "u_ds", "u_qs", *RUNNING_GRAM):
         values[symbol] = Fraction(random.randint(-90, 90), random.randint(1, 9))
-    values |= {"alpha_l": values["alpha"] / 3, "delta": values["alpha"] / 9, "direction": Fraction(random.choice((-1, 1)))}
+    values |= {"alpha_l": values["alpha"] / 3, "delta": values["alpha"] / 9, "direction": Fraction(random.choice((-1, 1))),
+               "R_s_shift": Fraction(0)}
     values["phi_dr"], values["phi_qr"] = transformation.from_z(*(values[s] for s in ("i_ds", "i_qs", "z_1", "z_2", "beta")))
     return values
 
@@ -30,7 +31,7 @@ def _by_duals(name: str, kind: str, v: dict[str, Fraction]) -> list[list[Fractio
     """The same matrix as `jacobian`, by running the definitions on dual numbers."""
     observer = OBSERVERS[name]
     bases = [state.removesuffix("_hat") for state in observer.states]
-    kept = [b for b in bases if kind == "full" or b not in ("alpha", "omega", *RUNNING_GRAM)]
+    kept = [b for b in bases if kind == "full" or b not in ("alpha", "omega", "R_s_shift", *RUNNING_GRAM)]
     true = {b: v[{"xi_1": "z_1", "xi_2": "z_2"}.get(b, b)] for b in bases}
     p = tuple(v[symbol] for symbol in PARAMETERS)
     moving = [b for b in ("alpha", "omega") if b in kept]
@@ -46,10 +47,11 @@ def _by_duals(name: str, kind: str, v: dict[str, Fraction]) -> list[list[Fractio
         z = plant.plant_z((v["i_ds"], v["i_qs"], v["z_1"], v["z_2"]), told, v["omega"], 0, p)
         whole = plant.plant((v["i_ds"], v["i_qs"], v["phi_dr"], v["phi_qr"], v["omega"]), told, 0, 0, (*p, 0, 0, 1))
         machine = {"i_ds": z[0], "i_qs": z[1], "z_1": z[2], "z_2": z[3], "xi_1": z[2], "xi_2": z[3], "phi_dr": whole[2],
-                   "phi_qr": whole[3], **dict.fromkeys(RUNNING_GRAM, 0), **dict(zip(moving, rates_of, strict=True))}
+                   "phi_qr": whole[3], **dict.fromkeys((*RUNNING_GRAM, "R_s_shift"), 0),
+                   **dict(zip(moving, rates_of, strict=True))}
         rows = {b: machine[b] - hat[b] for b in kept}
         if kind == "full":
-            vectors = [b for b in kept if b not in ("alpha", "omega", "S")]
+            vectors = [b for b in kept if b not in ("alpha", "omega", "R_s_shift", "S")]
             for d, q in zip(vectors[::2], vectors[1::2], strict=True):
                 rows[d], rows[q] = rows[d] + v["stator_frequency"] * errors[q], rows[q] - v["stator_frequency"] * errors[d]
         outputs = [errors[b] for b in kept]

@@ -2,6 +2,7 @@
 
 import math
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,7 @@ from imo_analysis.report.chapters.machine import machine_chapter
 from imo_analysis.report.chapters.own_machine import own_machine, tried_on
 from imo_analysis.report.chapters.verdicts import first_screen
 from imo_analysis.report.metrics import Resting
-from imo_analysis.report.own import Cured, advice, cures, overloads, standings, verdicts
+from imo_analysis.report.own import GENERATING, Cured, advice, cures, overloads, standings, verdicts
 from imo_analysis.report.page import Html
 from imo_analysis.report.paper_machine import is_paper
 from imo_analysis.report.scenarios import ExcitationResult, Scenario, outcome, resting_of
@@ -200,15 +201,24 @@ def test_which_to_take_or_that_none_works(paper: Study, two_runs: list[Scenario]
     assert "was not computed: no batch." in advice(study, standings(study, two_runs, None), None, "no batch")[0]
 
 
+def test_of_the_one_that_adapts_R_s_it_says_that_it_drifts_generating(paper: Study, two_runs: list[Scenario]) -> None:
+    study = other(paper)
+    plane = plane_of({"baseline": 1.0, "repaired": 0.6}, {"baseline": WIDE, "repaired": WIDE})
+    found = standings(study, two_runs, plane)
+    assert GENERATING not in advice(study, found, plane, "")[0]
+    assert advice(study, [replace(found[0], kind="baseline_resistance"), found[1]], plane, "")[0].endswith(GENERATING)
+
+
 def test_what_the_stator_resistance_is_worth(paper: Study, two_runs: list[Scenario], tmp_path: Path) -> None:
     """A plate without R_s: it is a guess, whose range stands beside what the loop bears; with a measured one it does not."""
     file = tmp_path / "motor.toml"
 
-    def decides(more: str, limits: list[tuple[float, float]], **source: str) -> tuple[Study, str]:
+    def decides(more: str, limits: list[tuple[float, float]], other: list[tuple[float, float]] | None = None,
+                **source: str) -> tuple[Study, str]:
         file.write_text(PLATE + more, encoding="utf-8")
         study = Study.from_toml(study_of(str(file)))
         study = study.changed({f"machine.{name}": value for name, value in source.items()})
-        plane = plane_of({"baseline": 1.0, "repaired": 0.6}, {"baseline": limits, "repaired": limits})
+        plane = plane_of({"baseline": 1.0, "repaired": 0.6}, {"baseline": limits, "repaired": other or limits})
         return study, advice(study, standings(study, two_runs, plane), plane, "")[1]
 
     study, said = decides("", WIDE)
@@ -222,6 +232,8 @@ def test_what_the_stator_resistance_is_worth(paper: Study, two_runs: list[Scenar
     assert "which is more than the loop above holds for" in decides("", NARROW, source=close)[1]
     all_tried = decides("", [(-0.5, 0.5)] * len(WIDE))[1]
     assert "to 50 % or more too high, and as far as that was tried, 50 %, the loop above holds." in all_tried
+    assert ("which is more than the loop above holds for; with `repaired` it holds for all that was tried at those two points."
+            in decides("", WIDE, [(-0.5, 0.5)] * 2)[1])
     assert "only an estimate" not in decides('R_s = "1.2 ohm"\n', WIDE)[1]
     unmapped = advice(study, standings(study, two_runs, None), None, "no batch")[-1]
     assert "is only an estimate" in unmapped and "to 50 % or more too high. Measure it" in unmapped

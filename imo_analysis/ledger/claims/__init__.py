@@ -18,5 +18,6 @@ MODULES: tuple[str, ...] = (
     "noise",
     "supervisor",
     "scheduled",
+    "resistance",
     "printed_poles",
 )

@@ -142,9 +142,12 @@ def _determinant(matrix: Sequence[Sequence[Any]]) -> Any:
     return total
 
 
-def _adaptive(observer: Callable[..., Any], gains: Sequence[Any], at: Any) -> Any:
-    """det(at I - A) of the errors with the speed loop, near zero error at constant speed and flux psi, in the flux's frame."""
-    state = (*CURRENTS, Name("psi"), 0, Name("omega"))
+def adaptive_determinant(observer: Callable[..., Any], gains: Sequence[Any], at: Any, further: tuple[Any, ...] = ()) -> Any:
+    """det(at I - A) of the errors with the adaptation, near zero error at constant speed and flux psi, in the flux's frame.
+
+    ``further`` are the values of the states that follow omega_hat.
+    """
+    state = (*CURRENTS, Name("psi"), 0, Name("omega"), *further)
     matrix = [list(row) for row in _jacobian(_rates(observer, gains), state)]
     frame = Name("stator_frequency")
     for d, q in ((0, 1), (2, 3)):
@@ -161,8 +164,8 @@ def adaptive_loop() -> Setting:
     poles = _sum_and_product(_frozen(scheduled.baseline_scheduled, gains))
     defined = {
         **_known(), **_parts("observer", _polynomial(poles, Gauss(x, frame))),
-        "characteristic": _adaptive(scheduled.baseline_scheduled, gains, x),
-        "at_zero": _adaptive(scheduled.baseline_scheduled, gains, 0),
+        "characteristic": adaptive_determinant(scheduled.baseline_scheduled, gains, x),
+        "at_zero": adaptive_determinant(scheduled.baseline_scheduled, gains, 0),
     }
     return setting("scheduled_loop", "errors of the baseline with Kubota's gain and its speed law, to first order, omega, slip "
                    "and flux psi constant, in the frame of the flux", defined, (*PHYSICAL, "h > 0", "psi > 0", "k > 0"),
@@ -182,7 +185,7 @@ def constant_loop() -> Setting:
     gains = (*_GAINS, Name("h"))
     poles = _sum_and_product(_frozen(baseline.baseline, gains))
     defined = {**_known(), **_parts("sum", poles[0]), **_parts("product", poles[1]),
-               "at_zero": _adaptive(baseline.baseline, gains, 0)}
+               "at_zero": adaptive_determinant(baseline.baseline, gains, 0)}
     return setting("constant_loop", "errors of the baseline with any gain and its speed law, to first order, omega, slip and "
                    "flux psi constant, in the frame of the flux", defined, (*PHYSICAL, "h > 0", "psi > 0"), units=_UNITS)
 
