@@ -21,7 +21,7 @@ ITEM = "Adapted R_s (ours)"
 _WHICH = ("i_ds", "i_qs", "phi_dr", "phi_qr", "omega")
 _ERRORS = tuple(f"{one}_tilde" for one in (*_WHICH, "R_s"))
 _GAINS = names("l_1 l_2 l_3 l_4 h h_s")
-_UNITS = {"R_s_given": "ohm", "psi": "Wb", "at_zero": "ohm 1/s^5/H", "V": "A^2"}
+_UNITS = {"R_s_given": "ohm", "psi": "Wb", "at_zero": "ohm 1/s^5/H", "V": "A^2", "weight": "s^2"}
 
 
 def _errors(name: str, text: str, sign: int) -> Setting:
@@ -55,12 +55,16 @@ def turned() -> Setting:
 
 
 @cache
-def loop() -> Setting:
-    """Errors near zero at constant speed, slip and flux psi, in the frame of the flux, where the machine rests."""
+def loop(turned_by_power: bool = False) -> Setting:
+    """Errors near zero at constant speed, slip and flux psi, in the frame of the flux, where the machine rests.
+
+    With ``turned_by_power`` h_s is multiplied by ``weight`` times stator frequency times slip.
+    """
+    way = parse("weight*stator_frequency*slip") if turned_by_power else 1
     steady = {"i_ds": parse("psi/L_m"), "i_qs": parse("slip*psi/(alpha*L_m)"), "omega": parse("stator_frequency - slip")}
-    at_zero = adaptive_determinant(resistance.baseline_resistance, _GAINS, 0, further=(0,))
-    return setting("resistance_loop", "errors of the baseline that adapts R_s, to first order, omega, slip and flux psi "
-                   "constant, in the frame of the flux", {**steady, "at_zero": at_zero},
+    at_zero = adaptive_determinant(resistance.baseline_resistance, (*_GAINS[:5], _GAINS[5] * way), 0, further=(0,))
+    return setting("resistance_by_power" if turned_by_power else "resistance_loop", "errors of the baseline that adapts R_s, to first order, omega, slip and flux psi "
+                   "constant, in the frame of the flux" + ", h_s turned by the power" * turned_by_power, {**steady, "at_zero": at_zero},
                    (*PHYSICAL, "h > 0", "h_s > 0", "psi > 0"), units=_UNITS)
 
 
@@ -131,5 +135,16 @@ CLAIMS: list[Claim] = [
         note="The growth is that of the adaptation, and slow at speed: for the paper's machine, its gains and h_s = 0.03, with "
              "a slip of -3 rad/s, 1.86 1/s at 10 rad/s and 0.17 1/s at 150 (`imo poles --full`). The sign of stator frequency "
              "times slip is that of the power across the air gap, torque times stator frequency.",
+    ),
+    Claim(
+        id="resistance.by_power", item=ITEM, title="turned round where the machine generates, the law has no such pole",
+        expected=Verdict.HOLDS,
+        setting=loop(turned_by_power=True).extended("resistance_weighted", hypotheses=("weight > 0",)),
+        printed=("at_zero >= 0",),
+        squares=(("2*h*h_s*weight*beta**2*psi**4/(sigma*L_m**2)", "stator_frequency*slip"),),
+        prose="With a factor on h_s that has the sign of stator frequency times slip, the last coefficient is nowhere negative.",
+        assumptions=("the factor is that of the machine: its own errors multiply a current error, and are of second order",),
+        note="Necessary, not sufficient: poles may still leave in pairs, and V proves nothing where the sign is turned. How it "
+             "does on a motor shows the manual, in 'My own observer', on a file of one's own.",
     ),
 ]
