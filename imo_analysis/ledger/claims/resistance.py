@@ -63,8 +63,9 @@ def loop(turned_by_power: bool = False) -> Setting:
     way = parse("weight*stator_frequency*slip") if turned_by_power else 1
     steady = {"i_ds": parse("psi/L_m"), "i_qs": parse("slip*psi/(alpha*L_m)"), "omega": parse("stator_frequency - slip")}
     at_zero = adaptive_determinant(resistance.baseline_resistance, (*_GAINS[:5], _GAINS[5] * way), 0, further=(0,))
-    return setting("resistance_by_power" if turned_by_power else "resistance_loop", "errors of the baseline that adapts R_s, to first order, omega, slip and flux psi "
-                   "constant, in the frame of the flux" + ", h_s turned by the power" * turned_by_power, {**steady, "at_zero": at_zero},
+    name, more = ("resistance_by_power", ", h_s turned by the power") if turned_by_power else ("resistance_loop", "")
+    return setting(name, "errors of the baseline that adapts R_s, to first order, omega, slip and flux psi constant, in the "
+                   f"frame of the flux{more}", {**steady, "at_zero": at_zero},
                    (*PHYSICAL, "h > 0", "h_s > 0", "psi > 0"), units=_UNITS)
 
 
@@ -142,7 +143,7 @@ CLAIMS: list[Claim] = [
         setting=loop(turned_by_power=True).extended("resistance_weighted", hypotheses=("weight > 0",)),
         printed=("at_zero >= 0",),
         squares=(("2*h*h_s*weight*beta**2*psi**4/(sigma*L_m**2)", "stator_frequency*slip"),),
-        prose="With a factor on h_s that has the sign of stator frequency times slip, the last coefficient is nowhere negative.",
+        prose="With a factor on h_s that has the sign of stator frequency times slip the last coefficient is never negative.",
         assumptions=("the factor is that of the machine: its own errors multiply a current error, and are of second order",),
         note="Necessary, not sufficient: poles may still leave in pairs, and V proves nothing where the sign is turned. How it "
              "does on a motor shows the manual, in 'My own observer', on a file of one's own.",
