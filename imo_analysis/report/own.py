@@ -219,8 +219,8 @@ def _decides(study: Study, chosen: Standing, able: Sequence[Standing]) -> str:
         elif other is chosen:
             beside = ", which is more than the loop above holds for"
         else:
-            beside = (f", which is more than the loop above holds for; with `{other.observer}` it holds for all that was tried at "
-                      "those two points")
+            beside = (f", which is more than the loop above holds for; with `{other.observer}` it holds for all that was tried "
+                      "at those two points")
         warned = f" {GENERATING}" if other is not chosen and other.kind == "baseline_resistance" else ""
         return (f"What decides is the stator resistance. {R_s} is only an estimate: the name plate gives it only to between "
                 f"{span[0]:.3g} and {span[1]:.3g} Ω, for losses in the iron and in the bearings are counted with it. So it may "
