@@ -132,9 +132,9 @@ def test_poles_at_known_speed_are_the_baseline_s_and_with_the_adaptation_there_i
 
 def test_an_axis_of_an_own_gain_has_its_symbol_once(study):
     setup = Setup.of_study(study, "mine")
-    over = {"omega": [10.0, 20.0, 30.0], "h_s": [0.01, 0.02, 0.03]}
+    over = {"omega": [10.0, 20.0, 30.0], "h_R": [0.01, 0.02, 0.03]}
     axes = stability_map(setup, over, OperatingPoint(20.0, 0.5307, 3.0), "full").plot().axes[0]
-    assert axes.get_ylabel() == r"$h_{s}$ (ohm/(A^2 s))" and axes.get_xlabel().startswith("electrical speed $")
+    assert axes.get_ylabel() == r"$h_{R}$ (ohm/(A^2 s))" and axes.get_xlabel().startswith("electrical speed $")
 
 
 def test_poles_take_a_file_by_its_name_with_the_gains_that_the_study_has(folder, capsys, monkeypatch):
