@@ -56,6 +56,7 @@ LINES = (
     Line("#3F4A1A", _DASHES[4], "h"),
     Line("#3A0F2E", _DASHES[2], "*"),
     Line("#C378D2", _DASHES[2], "d"),
+    Line("#7830F0", _DASHES[5], "H"),
 )
 TRUTH = Line("#1a1a1a", "-", "x")
 LIMIT = Line("#6f6f6f", (0, (2, 2)), "_")
@@ -63,7 +64,8 @@ LIMIT = Line("#6f6f6f", (0, (2, 2)), "_")
 # A kind of observer keeps its colour and line style in every figure.
 OBSERVER_LINES = dict(zip(
     ("consistent_12", "baseline", "repaired", "printed_7", "baseline_scheduled", "printed_L", "quiet", "across", "supervised",
-     "luenberger_consistent_12", "luenberger_printed_7", "luenberger_printed_L", "baseline_resistance"), LINES, strict=True))
+     "luenberger_consistent_12", "luenberger_printed_7", "luenberger_printed_L", "baseline_resistance",
+     "baseline_turned"), LINES, strict=True))
 
 _SHEETS = {"column": ("house.mplstyle",), "slide": ("house.mplstyle", "house-slide.mplstyle")}
 _SLIDE = (10.0, 5.625)  # inches, 16 to 9

@@ -76,6 +76,7 @@ def _table() -> dict[str, Symbol]:
         ("h", r"h", "1/(A^2 s^2)", "gain of the baseline speed adaptation", "(4)"),
         ("k", r"k", "1", "poles of the baseline over the machine's, where its gain is scheduled on the speed", "ours"),
         ("h_s", r"h_s", "ohm/(A^2 s)", "gain of the stator resistance adaptation of the baseline", "ours"),
+        ("P_0", r"P_0", "Wb^3 A/s", "power across the air gap, times |phi|^2 L_r / L_m, below which R_s rests", "ours"),
         ("R_s_shift", r"\Delta R_s", "ohm", "what an observer adds to the stator resistance that it was given", "ours"),
         ("l_1", r"l_1", "1/s", "baseline gain, current rows, along the error", "(3)"),
         ("l_2", r"l_2", "1/s", "baseline gain, current rows, across the error", "(3)"),

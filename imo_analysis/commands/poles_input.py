@@ -118,13 +118,15 @@ def _supervisor(gains: Any, own: dict[str, float]) -> dict[str, float]:
 
 
 def _resistance(gains: Any, own: dict[str, float], machine: InductionMachine, drive: Any) -> dict[str, float]:
-    """The gain of the resistance adaptation by the rule of thumb, for the l_1 that an observer of the study has."""
-    if "h_s" not in gains or "h_s" in own or "l_1" not in own or drive is None:
+    """The gains of the resistance adaptation by the rule of thumb, for the l_1 that an observer of the study has."""
+    if "h_s" not in gains or "l_1" not in own or drive is None:
         return {}
-    from imo_analysis.tuning.formulas import resistance_gain
+    from imo_analysis.tuning.formulas import resistance_gain, resistance_power
 
     decay = machine.gamma + machine.alpha + own["l_1"]
-    return {"h_s": float(resistance_gain(machine.alpha, machine.sigma, decay, machine.L_m, drive.flux))}
+    found = {"h_s": float(resistance_gain(machine.alpha, machine.sigma, decay, machine.L_m, drive.flux)),
+             "P_0": float(resistance_power(machine.alpha, machine.L_m, drive.flux))}
+    return {gain: value for gain, value in found.items() if gain in gains and gain not in own}
 
 
 def left(setups: dict[str, Setup], refused: dict[str, str], check: Any) -> dict[str, Setup]:

@@ -69,7 +69,11 @@ OBSERVERS = Catalogue({
         Observer("baseline_resistance", resistance.baseline_resistance,
                  ("i_ds_hat", "i_qs_hat", "phi_dr_hat", "phi_qr_hat", "omega_hat", "R_s_shift"),
                  ("l_1", "l_2", "l_3", "l_4", "h", "h_s"),
-                 _flux_baseline, "Kubota 1994", "the baseline, which adapts the stator resistance as well", False),
+                 _flux_baseline, "not in the paper", "the baseline, which adapts the stator resistance as well", False),
+        Observer("baseline_turned", resistance.baseline_turned,
+                 ("i_ds_hat", "i_qs_hat", "phi_dr_hat", "phi_qr_hat", "omega_hat", "R_s_shift"),
+                 ("l_1", "l_2", "l_3", "l_4", "h", "h_s", "P_0"),
+                 _flux_baseline, "ours", "that one, whose law of the stator resistance turns round where it generates", False),
         *(
             Observer(f"luenberger_{name}", rates,
                      ("i_ds_hat", "i_qs_hat", "z_1_hat", "z_2_hat", "omega_hat"), ("k_1", "k_2", "K_p"),

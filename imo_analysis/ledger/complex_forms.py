@@ -195,6 +195,18 @@ def _baseline_resistance(x: Any, i: Any, u: Any, direction: Any, p: Any, gains: 
     return (*_baseline(x, i, (left.re, left.im), direction, p, gains), _resistance_rate(x, i, gains[5]))
 
 
+def _power_across(x: Any, p: Any) -> Any:
+    """phi x i times phi x (rate of phi): |phi|^2 times the frequency with which the flux turns."""
+    i_hat, phi_hat = Gauss(*x[:2]), Gauss(*x[2:4])
+    return cross(phi_hat, i_hat) * cross(phi_hat, Gauss(-p[4], x[4]) * phi_hat + i_hat * (p[4] * p[1]))
+
+
+def _baseline_turned(x: Any, i: Any, u: Any, direction: Any, p: Any, gains: Any) -> Any:
+    *others, adaptation = _baseline_resistance(x, i, u, direction, p, gains[:6])
+    power = _power_across(x, p)
+    return (*others, adaptation * power / (gains[6] + max(power, -power)))
+
+
 def _layer(alpha_hat: Any, alpha_l: Any, delta: Any) -> Any:
     return (alpha_l - alpha_hat) * (alpha_l + alpha_hat) / (delta * (2 * alpha_l - delta))
 
@@ -396,6 +408,9 @@ FORMS: tuple[Form, ...] = (
          lambda rate, sigma, decay, L_m, flux: rate / ((flux / L_m) ** 2 / (sigma * decay))),
     Form("resistance", "resistance_rate", (5, 2, 0), _resistance_rate),
     Form("resistance", "baseline_resistance", (6, 2, 2, 0, 5, 6), _baseline_resistance),
+    Form("resistance", "power_across", (5, 5), _power_across),
+    Form("resistance", "power_of_slip", (0,) * 5, lambda w, slip, alpha, L_m, flux: flux**3 * w * (flux / L_m) * slip / alpha),
+    Form("resistance", "baseline_turned", (6, 2, 2, 0, 5, 7), _baseline_turned),
     Form("lyapunov", "corrected_13", (0,) * 15, _corrected_13),
     Form("lyapunov", "with_direction", (0,) * 15, _with_direction),
     Form("lyapunov", "reduced", (0,) * 9, _reduced_v),

@@ -19,7 +19,8 @@ The scheduled baseline is the exception: it is unstable while stator frequency o
 (gamma + alpha), from some k on for an idle machine too (`imo derive scheduled`). Its k is the geometric mean of that k and
 of 1, no feedback, and its bandwidth is what the poles' sum k (gamma + alpha) allows with the same damping.
 
-The stator resistance is adapted at 0.1 alpha, too.
+The stator resistance is adapted at 0.1 alpha, too and P_0, where its law turns round, is 0.1 of the power at
+a slip and a stator frequency of alpha.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ import math
 
 from imo_analysis.equations.catalogue import OBSERVERS
 from imo_analysis.equations.own import is_file
-from imo_analysis.equations.resistance import gain_of_rate
+from imo_analysis.equations.resistance import gain_of_rate, power_of_slip
 from imo_analysis.errors import InputError
 from imo_analysis.machine import InductionMachine
 from imo_analysis.replay.check import Level
@@ -101,6 +102,7 @@ def default_gains(kind: str, machine: InductionMachine, level: Level, bandwidth:
         "k_1": k_1, "kappa": loop, "k_2": k_2, "k_3": loop, "K_p": K_p, "g": ALPHA_SHARE * K_p,
         "alpha_l": machine.alpha / 2, "delta": machine.alpha / 10, "l_1": k_1, "l_2": 0.0, "l_3": 0.0, "l_4": 0.0, "h": K_p,
         "h_s": gain_of_rate(FLUX_LOOPS * machine.alpha, machine.sigma, k_1 + machine_decay, machine.L_m, level.flux),
+        "P_0": FLUX_LOOPS * power_of_slip(machine.alpha, machine.alpha, machine.alpha, machine.L_m, level.flux),
         "k": k, "eta": FORGETTING, "S_0": EXCITED_SHARE * (machine.beta * level.flux) ** 2,
     }
     return {name: values[name] for name in observer.gains}

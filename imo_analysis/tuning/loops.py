@@ -11,6 +11,8 @@ constant and one grows with the speed (`imo_analysis.pencils.pole_rule`):
     baseline        l_1 = a - gamma - alpha,  l_3 = (X - R_s/sigma - l_1) / beta with alpha X = D_0,  h = (omega_n / b)^2
     baseline_       as baseline; h_s from a (`imo_analysis.tuning.formulas.resistance_gain`)
       resistance
+    baseline_       as that; P_0 from alpha and the flux alone (`imo_analysis.tuning.formulas.resistance_power`)
+      turned
     scheduled       k = a / (gamma + alpha),  h = (omega_n / b)^2
 """
 
@@ -20,12 +22,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from imo_analysis.machine import InductionMachine
-from imo_analysis.tuning.formulas import resistance_gain
+from imo_analysis.tuning.formulas import resistance_gain, resistance_power
 
 QUIET = ("quiet", "across", "supervised")
 ADAPTIVE = ("consistent_12", "repaired", *QUIET)
 TUNABLE = ("baseline", "baseline_scheduled", *ADAPTIVE)
-RULED = (*TUNABLE, "baseline_resistance")  # kinds that the rule of thumb has gains for
+ADAPTS_R_S = ("baseline_resistance", "baseline_turned")
+RULED = (*TUNABLE, *ADAPTS_R_S)  # kinds that the rule of thumb has gains for
 
 
 @dataclass(frozen=True)
@@ -73,12 +76,14 @@ def gains_of(machine: InductionMachine, kind: str, flux: float, loops: Loops, mi
     """
     speed = (loops.omega_n / (machine.beta * flux)) ** 2
     feedback = loops.current - least_current(machine, kind)
-    if kind in ("baseline", "baseline_resistance"):
+    if kind in ("baseline", *ADAPTS_R_S):
         strength = loops.constant / machine.alpha
         l_3 = (strength - machine.R_s / machine.sigma - feedback) / machine.beta
         found = {"l_1": feedback, "l_2": 0.0 * feedback, "l_3": l_3, "l_4": 0.0 * feedback, "h": speed}
-        if kind == "baseline_resistance":
+        if kind in ADAPTS_R_S:
             found["h_s"] = resistance_gain(machine.alpha, machine.sigma, loops.current, machine.L_m, flux)
+        if kind == "baseline_turned":
+            found["P_0"] = resistance_power(machine.alpha, machine.L_m, flux)
         return found
     if kind == "baseline_scheduled":
         return {"k": loops.current / (machine.gamma + machine.alpha), "h": speed}

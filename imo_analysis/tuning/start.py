@@ -30,7 +30,7 @@ from imo_analysis.tuning.rated import Rated
 from imo_analysis.tuning.rule import alpha_gains, rule_gains
 from imo_analysis.tuning.wish import times_of
 
-OBSERVERS = ("baseline", "baseline_resistance", "consistent_12", "repaired", "quiet")
+OBSERVERS = ("baseline", "baseline_turned", "consistent_12", "repaired", "quiet")
 SAMPLE_TIME = 1e-4  # s
 SPEED_BANDWIDTH = 45.0  # rad/s, of the drive
 NOISE = 0.002  # of the rated current: what a good sensor and twelve bits leave
@@ -86,7 +86,7 @@ current_noise = {noise:.3g}     # A, standard deviation of each sample
 
 # Gains by the rule of thumb (imo_analysis.tuning.rule). Adaptive observers are asked for the times of [tuning] with a quarter
 # to spare; of the baselines only settling time and lag can be asked, their flux recovers with the rotor. imo tune FILE looks
-# for better ones and verifies them, but for baseline_resistance. direction: whence the observers have the sign of the speed.
+# for better ones and verifies them, but for baseline_turned. direction: whence the observers have the sign of the speed.
 {observers}
 [excitation]
 window = 0.5    # s

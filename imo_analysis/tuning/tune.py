@@ -106,7 +106,10 @@ def tunable(study: Study, names: Sequence[str] = ()) -> list[str]:
         if kind == "baseline_resistance":
             raise InputError(f"observer {name!r} of kind {kind} cannot be tuned: where the machine generates it has a pole to "
                              "the right whatever its gains (imo derive resistance); tune a baseline and take its gains, with "
-                             "h_s as imo study --init writes it")
+                             "h_s as imo study --init has it for baseline_turned")
+        if kind == "baseline_turned":
+            raise InputError(f"observer {name!r} of kind {kind} cannot be tuned: the search leaves R_s alone; tune a "
+                             "baseline and take its gains, with h_s and P_0 as imo study --init writes them")
         if kind not in TUNABLE:
             raise InputError(f"observer {name!r} of kind {kind} cannot be tuned; kinds that can: {', '.join(TUNABLE)}")
     found = wanted or [name for name, settings in study.observers.items() if settings.kind in TUNABLE]

@@ -73,7 +73,7 @@ def frozen_poles(name: str, p: dict[str, float], gains: dict[str, float], omega:
     """Poles at frozen speed from polynomials derived by hand, conjugates included, zeros included."""
     R_s, L_m, sigma, beta, alpha = (p[key] for key in ("R_s", "L_m", "sigma", "beta", "alpha"))
     rho = R_s / sigma
-    if name in ("baseline", "baseline_resistance"):  # R_s_shift is held
+    if name in ("baseline", "baseline_resistance", "baseline_turned"):  # R_s_shift is held
         total = rho + alpha * beta * L_m + gains["l_1"] + 1j * gains["l_2"] + alpha - 1j * omega
         product = (alpha - 1j * omega) * (
             rho + gains["l_1"] + 1j * gains["l_2"] + beta * (gains["l_3"] + 1j * gains["l_4"]))

@@ -74,8 +74,10 @@ def test_every_observer_and_convention_against_complex_steps(full: bool, capsys:
     assert seen == set(OBSERVERS) and data["refused"] == {}
     m, l_1 = Study.paper().machine, Study.paper().observers["baseline"].gains["l_1"]
     h_s = m.alpha / 10 * m.sigma * (m.gamma + m.alpha + l_1) * (m.L_m / Study.paper().drive.flux) ** 2
-    assert data["assumed"] == ({"supervised": {"eta": 1.0, "S_0": 1.0}, "baseline_resistance": {"h_s": pytest.approx(h_s)}}
-                               if full else {})
+    P_0 = 0.3 * m.alpha * Study.paper().drive.flux ** 4 / m.L_m
+    assert data["assumed"] == ({
+        "supervised": {"eta": 1.0, "S_0": 1.0}, "baseline_resistance": {"h_s": pytest.approx(h_s)},
+        "baseline_turned": {"h_s": pytest.approx(h_s), "P_0": pytest.approx(P_0)}} if full else {})
     for row in data["table"]:
         if row.get("floquet"):
             assert row["observer"].endswith("printed_7")

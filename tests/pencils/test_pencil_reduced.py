@@ -17,7 +17,8 @@ from imo_analysis.pencils.sweep import evaluator
 
 MACHINE = preset("table-iii-printed-alpha")
 GAINS = {"k_1": 300.0, "k_2": 50.0, "kappa": 70.0, "k_3": 100.0, "g": 1.0, "K_p": 100.0, "alpha_l": 0.05, "delta": 0.01,
-         "l_1": 160.0, "l_2": 12.0, "l_3": -0.08, "l_4": 0.35, "h": 100.0, "h_s": 0.03, "k": 1.5, "eta": 1.0, "S_0": 100.0}
+         "l_1": 160.0, "l_2": 12.0, "l_3": -0.08, "l_4": 0.35, "h": 100.0, "h_s": 0.03, "P_0": 4.0, "k": 1.5, "eta": 1.0,
+         "S_0": 100.0}
 FULL = [name for name in OBSERVERS if not name.endswith("printed_7") and name != "supervised"]
 
 

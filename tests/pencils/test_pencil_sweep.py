@@ -150,7 +150,7 @@ def test_refusals(values: list[float], over: str, message: str) -> None:
 
 @pytest.mark.parametrize("name", OBSERVERS)
 def test_branches_are_the_poles_of_python_control(name: str) -> None:
-    gains = {**ADAPTIVE, **BASELINE, "kappa": 40.0, "h_s": 0.03, "k": 1.5, "eta": 1.0, "S_0": 1.0}
+    gains = {**ADAPTIVE, **BASELINE, "kappa": 40.0, "h_s": 0.03, "P_0": 4.0, "k": 1.5, "eta": 1.0, "S_0": 1.0}
     setup = Setup(name, MACHINE, {gain: gains[gain] for gain in OBSERVERS[name].gains})
     data = pole_sweep(setup, {"omega": grid(-120.0, 140.0, 14)}).data
     for k, omega in enumerate(data["omega"].values):

@@ -51,7 +51,7 @@ def test_the_third_party_record_tells_the_printed_feedbacks_from_the_others():
         assert early < 0.3 and 2 * later[0] < later[1] and 2 * later[1] < later[2]
     # an eighth of the others' bandwidth (518 rad/s), which is what its poles allow: it lags while the speed rises
     assert 0.25 < spread.pop("baseline_scheduled") < 1.0
-    assert max(spread.pop("baseline"), spread.pop("baseline_resistance")) < 0.2
+    assert max(spread.pop("baseline"), spread.pop("baseline_resistance"), spread.pop("baseline_turned")) < 0.2
     assert max(spread.values()) < 0.13
 
 

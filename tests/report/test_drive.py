@@ -207,6 +207,7 @@ def test_of_the_one_that_adapts_R_s_it_says_that_it_drifts_generating(paper: Stu
     found = standings(study, two_runs, plane)
     assert GENERATING not in advice(study, found, plane, "")[0]
     assert advice(study, [replace(found[0], kind="baseline_resistance"), found[1]], plane, "")[0].endswith(GENERATING)
+    assert GENERATING not in advice(study, [replace(found[0], kind="baseline_turned"), found[1]], plane, "")[0]
 
 
 def test_what_the_stator_resistance_is_worth(paper: Study, two_runs: list[Scenario], tmp_path: Path) -> None:

@@ -91,7 +91,7 @@ def test_the_rule_bears_parameter_errors():
 def test_formulas_are_written_by_the_functions():
     """Every gain of every kind with a line of its own, and the numbers of a line those of the rule."""
     text = {heading: " ".join(lines) for heading, lines in written()}
-    assert len(text) == 7 and "4.6" in text["the adaptive observers"] and "k = 1.1" in " ".join(text.values())
+    assert len(text) == 8 and "4.6" in text["the adaptive observers"] and "k = 1.1" in " ".join(text.values())
     for gain in ("K_p", "k_1", "k_3", r"\kappa", "g"):
         assert f"{gain} = " in text["the adaptive observers"]
     assert "22 " in text["the baseline with constant gains"] and r"\zeta = 0.55" in text["the baseline with constant gains"]
@@ -152,6 +152,9 @@ def test_formulas_of_the_head():
     assert base["l_3"] == pytest.approx((0.55 * fast - rho - base["l_1"]) / PAPER.beta)
     adapted = rule_gains(PAPER, "baseline_resistance", 0.5307, TIMES)
     assert adapted == base | {"h_s": pytest.approx(PAPER.alpha / 10 * PAPER.sigma * 1.1 * fast * (PAPER.L_m / 0.5307) ** 2)}
+    turned = rule_gains(PAPER, "baseline_turned", 0.5307, TIMES)
+    current = 0.5307 / PAPER.L_m  # along the flux, and across it where the slip is alpha
+    assert turned == adapted | {"P_0": pytest.approx(0.3 * (0.5307 * current) * PAPER.alpha * 0.5307**2)}
     scheduled = rule_gains(PAPER, "baseline_scheduled", 0.5307, TIMES)
     assert scheduled == pytest.approx({"k": 1.1, "h": (5 * 150.0 / b) ** 2})
     loop = omega_n**2 * (omega_n**2 + (PAPER.gamma + PAPER.alpha) ** 2) / (2 * a)

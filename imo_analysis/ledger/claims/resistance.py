@@ -1,7 +1,7 @@
-"""The baseline that adapts the stator resistance as well: why its law is as it is, and that it cannot brake.
+"""The baseline that adapts the stator resistance as well: why its law is as it is, that it cannot brake, and what turns it.
 
-The law is that of Kubota and Matsuse (IEEE Trans. Ind. Appl. 30(5), 1994); the statements are ours. R_s_tilde is the true R_s
-minus what the observer believes, the R_s that it was given and R_s_shift. Matrices are found as in
+The law adapts R_s along the current, as is usual for this observer; the statements are ours. R_s_tilde is the true R_s minus
+what the observer believes, the R_s that it was given and R_s_shift. Matrices are found as in
 `imo_analysis.ledger.claims.scheduled`.
 """
 
@@ -21,7 +21,7 @@ ITEM = "Adapted R_s (ours)"
 _WHICH = ("i_ds", "i_qs", "phi_dr", "phi_qr", "omega")
 _ERRORS = tuple(f"{one}_tilde" for one in (*_WHICH, "R_s"))
 _GAINS = names("l_1 l_2 l_3 l_4 h h_s")
-_UNITS = {"R_s_given": "ohm", "psi": "Wb", "at_zero": "ohm 1/s^5/H", "V": "A^2", "weight": "s^2"}
+_UNITS = {"R_s_given": "ohm", "psi": "Wb", "at_zero": "ohm 1/s^5/H", "V": "A^2", "weight": "s/(Wb^3 A)", "power": "Wb^3 A/s"}
 
 
 def _errors(name: str, text: str, sign: int) -> Setting:
@@ -58,14 +58,16 @@ def turned() -> Setting:
 def loop(turned_by_power: bool = False) -> Setting:
     """Errors near zero at constant speed, slip and flux psi, in the frame of the flux, where the machine rests.
 
-    With ``turned_by_power`` h_s is multiplied by ``weight`` times stator frequency times slip.
+    With ``turned_by_power`` h_s is multiplied by ``weight`` times ``power``, which is what baseline_turned takes for the power
+    across the air gap; its weight is 1/(abs(power) + P_0).
     """
-    way = parse("weight*stator_frequency*slip") if turned_by_power else 1
+    power = resistance.power_across((*CURRENTS, Name("psi"), 0, Name("omega")), MACHINE)
+    way = Name("weight") * power if turned_by_power else 1
     steady = {"i_ds": parse("psi/L_m"), "i_qs": parse("slip*psi/(alpha*L_m)"), "omega": parse("stator_frequency - slip")}
     at_zero = adaptive_determinant(resistance.baseline_resistance, (*_GAINS[:5], _GAINS[5] * way), 0, further=(0,))
     name, more = ("resistance_by_power", ", h_s turned by the power") if turned_by_power else ("resistance_loop", "")
     return setting(name, "errors of the baseline that adapts R_s, to first order, omega, slip and flux psi constant, in the "
-                   f"frame of the flux{more}", {**steady, "at_zero": at_zero},
+                   f"frame of the flux{more}", {**steady, **({"power": power} if turned_by_power else {}), "at_zero": at_zero},
                    (*PHYSICAL, "h > 0", "h_s > 0", "psi > 0"), units=_UNITS)
 
 
@@ -138,14 +140,21 @@ CLAIMS: list[Claim] = [
              "times slip is that of the power across the air gap, torque times stator frequency.",
     ),
     Claim(
+        id="resistance.power", item=ITEM, title="what is taken for the power has the sign of stator frequency times slip",
+        expected=Verdict.HOLDS, setting=loop(turned_by_power=True),
+        printed=("power = psi**4*stator_frequency*slip/(alpha*L_m)",),
+        prose="By the currents, fluxes and speed of the machine where it rests.",
+    ),
+    Claim(
         id="resistance.by_power", item=ITEM, title="turned round where the machine generates, the law has no such pole",
         expected=Verdict.HOLDS,
         setting=loop(turned_by_power=True).extended("resistance_weighted", hypotheses=("weight > 0",)),
         printed=("at_zero >= 0",),
-        squares=(("2*h*h_s*weight*beta**2*psi**4/(sigma*L_m**2)", "stator_frequency*slip"),),
-        prose="With a factor on h_s that has the sign of stator frequency times slip the last coefficient is never negative.",
+        squares=(("2*h*h_s*weight*beta**2*psi**8/(sigma*alpha*L_m**3)", "stator_frequency*slip"),),
+        prose="With the factor power/(abs(power) + P_0) on h_s, as in baseline_turned, or any positive one times the power, "
+              "the last coefficient is never negative.",
         assumptions=("the factor is that of the machine: its own errors multiply a current error, and are of second order",),
-        note="Necessary, not sufficient: poles may still leave in pairs, and V proves nothing where the sign is turned. How it "
-             "does on a motor shows the manual, in 'My own observer', on a file of one's own.",
+        note="Necessary, not sufficient: poles still leave in pairs near zero stator frequency, and V proves nothing where the "
+             "sign is turned. How it does on a motor shows the manual, in 'My own observer'.",
     ),
 ]
