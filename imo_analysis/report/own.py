@@ -35,9 +35,9 @@ GENERATING = ("Where the load drives the machine its R_s drifts away from the ri
 # In a few words, where the catalogue's meaning takes the paper for granted.
 _WHAT = {
     "baseline": "the classical adaptive full-order observer of Kubota and Matsuse",
-    "baseline_resistance": "that of Kubota and Matsuse, which adapts the stator resistance as well",
-    "baseline_turned": "that of Kubota and Matsuse, which adapts the stator resistance as well, the other way round where the "
-                       "machine generates",
+    "baseline_resistance": "the classical one with an adaptation of the stator resistance",
+    "baseline_turned": "the classical one with an adaptation of the stator resistance that turns round where the machine "
+                       "generates",
     "consistent_12": "the paper's observer, in the one reading of its equations that agrees with its proof, (12)",
     "repaired": "the paper's observer with the repair that makes its proof hold",
     "quiet": "the repaired one, changed so that current noise does not push its estimate of alpha",

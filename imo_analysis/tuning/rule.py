@@ -56,7 +56,8 @@ REGION = (
     "The baseline with Kubota's scheduled gain: no promise. Its only gain for the flux also sets the damping of the speed "
     "loop, and more of it loses the speed where the machine brakes slowly. With these gains it settles about as fast as the "
     "current decays by itself, and overshoots.",
-    "The baseline that adapts $R_s$: no promise either. Generating, it has a pole to the right whatever its gains are.",
+    "The baselines that adapt $R_s$: no promise either. Generating, one has a pole to the right whatever its gains are; the "
+    "one that turns its law round can have a pair there, near zero stator frequency.",
     "Parameter errors are in none of this: `imo tune` judges the rule's gains with them, and verifies them in simulation.",
 )
 
