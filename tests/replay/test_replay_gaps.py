@@ -108,7 +108,7 @@ def test_a_start_with_gaps_is_followed(gapped):
 
 @pytest.mark.parametrize("name", OBSERVERS)
 def test_every_vector_of_a_state_turns_and_nothing_else(name):
-    """By the text of the kernel: each state but alpha_hat, omega_hat and the supervisor's S is in one pair."""
+    """By the text of the kernel: each state but alpha_hat, omega_hat, R_s_shift and the supervisor's S is in one pair."""
     states = OBSERVERS[name].states
     line = next(one for one in source(name).splitlines() if one.strip().startswith("x = (") and "a * x[" in one)
     turned = line.split("x = (")[1][:-1].split(", ")
@@ -123,7 +123,7 @@ def test_every_vector_of_a_state_turns_and_nothing_else(name):
             assert out[d] + 1j * out[q] == pytest.approx((x[d] + 1j * x[q]) * np.exp(0.7j))
             seen |= {d, q}
     rest = set(range(len(states))) - seen
-    assert all(out[n] == x[n] for n in rest) and {states[n] for n in rest} <= {"alpha_hat", "omega_hat", "S"}
+    assert all(out[n] == x[n] for n in rest) and {states[n] for n in rest} <= {"alpha_hat", "omega_hat", "S", "R_s_shift"}
 
 
 # What is told --------------------------------------------------------------------------------------------------------
