@@ -121,7 +121,7 @@ def _resistance(gains: Any, own: dict[str, float], machine: InductionMachine, dr
     """The gains of the resistance adaptation by the rule of thumb, for the l_1 that an observer of the study has."""
     if "h_s" not in gains or "l_1" not in own or drive is None:
         return {}
-    from imo_analysis.tuning.formulas import resistance_gain, resistance_power
+    from imo_analysis.replay.gains import resistance_gain, resistance_power
 
     decay = machine.gamma + machine.alpha + own["l_1"]
     found = {"h_s": float(resistance_gain(machine.alpha, machine.sigma, decay, machine.L_m, drive.flux)),

@@ -19,13 +19,14 @@ The scheduled baseline is the exception: it is unstable while stator frequency o
 (gamma + alpha), from some k on for an idle machine too (`imo derive scheduled`). Its k is the geometric mean of that k and
 of 1, no feedback, and its bandwidth is what the poles' sum k (gamma + alpha) allows with the same damping.
 
-The stator resistance is adapted at 0.1 alpha, too and P_0, where its law turns round, is 0.1 of the power at
-a slip and a stator frequency of alpha.
+The stator resistance is adapted at 0.1 alpha, too; P_0, of the law that turns round, is 0.3 of the power at a slip and a stator
+frequency of alpha. These two are those of a study's own rule as well (`imo_analysis.tuning.rule`).
 """
 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from imo_analysis.equations.catalogue import OBSERVERS
 from imo_analysis.equations.own import is_file
@@ -41,6 +42,8 @@ NOISE_SHARE = 2e-3
 DAMPING = 0.7
 FLUX_LOOPS = 0.1
 ALPHA_SHARE = 1e-3
+RESISTANCE_SHARE = 0.1  # of alpha: how fast R_s is adapted; the flux error, which the law does not cover, dies with alpha
+RESISTANCE_POWER = 0.3  # of that across the air gap where stator frequency and slip are alpha, i_d = i_q
 FORGETTING = 1.0  # 1/s, of a supervisor
 EXCITED_SHARE = 4e-3  # of |v_2|^2 = (beta flux)^2: a supervisor is half open where psi' / alpha has an rms of 6 % of psi
 
@@ -57,6 +60,16 @@ def default_bandwidth(machine: InductionMachine, level: Level, sample_time: floa
 def speed_noise(machine: InductionMachine, level: Level, sample_time: float, bandwidth: float) -> float:
     """Deviation of the noise that the currents' makes in the speed, in rad/s."""
     return math.sqrt(bandwidth**3 * sample_time / (4 * DAMPING)) * level.noise / (machine.beta * level.flux)
+
+
+def resistance_gain(alpha: Any, sigma: Any, decay: Any, L_m: Any, flux: Any) -> Any:
+    """h_s, with which the error of R_s decays at `RESISTANCE_SHARE` of alpha, that of the current at ``decay``."""
+    return gain_of_rate(RESISTANCE_SHARE * alpha, sigma, decay, L_m, flux)
+
+
+def resistance_power(alpha: Any, L_m: Any, flux: Any) -> Any:
+    """P_0 of the law that turns round, in Wb^3 A/s: `RESISTANCE_POWER` of what crosses the air gap at alpha and alpha."""
+    return RESISTANCE_POWER * power_of_slip(alpha, alpha, alpha, L_m, flux)
 
 
 def default_gains(kind: str, machine: InductionMachine, level: Level, bandwidth: float) -> dict[str, float]:
@@ -101,8 +114,8 @@ def default_gains(kind: str, machine: InductionMachine, level: Level, bandwidth:
     values = {
         "k_1": k_1, "kappa": loop, "k_2": k_2, "k_3": loop, "K_p": K_p, "g": ALPHA_SHARE * K_p,
         "alpha_l": machine.alpha / 2, "delta": machine.alpha / 10, "l_1": k_1, "l_2": 0.0, "l_3": 0.0, "l_4": 0.0, "h": K_p,
-        "h_s": gain_of_rate(FLUX_LOOPS * machine.alpha, machine.sigma, k_1 + machine_decay, machine.L_m, level.flux),
-        "P_0": FLUX_LOOPS * power_of_slip(machine.alpha, machine.alpha, machine.alpha, machine.L_m, level.flux),
+        "h_s": resistance_gain(machine.alpha, machine.sigma, k_1 + machine_decay, machine.L_m, level.flux),
+        "P_0": resistance_power(machine.alpha, machine.L_m, level.flux),
         "k": k, "eta": FORGETTING, "S_0": EXCITED_SHARE * (machine.beta * level.flux) ** 2,
     }
     return {name: values[name] for name in observer.gains}

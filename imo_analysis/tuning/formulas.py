@@ -12,15 +12,13 @@ from types import SimpleNamespace
 from typing import Any
 
 from imo_analysis.equations.drift import drift_of_acceleration
-from imo_analysis.equations.resistance import gain_of_rate, power_of_slip
+from imo_analysis.replay.gains import resistance_gain, resistance_power
 
 SETTLED = 4.6  # time constants: a second-order system is within 2 % after 4, and what w adds wants more
 BASELINE_DAMPING = 0.55  # of the baseline, whatever is asked: what a speed error leaves in its flux grows with the damping
 FAR = 22  # times the largest speed: how fast the baseline's speed loop must be for little to be left in the flux
 SCHEDULED_K = 1.1  # more feedback of Kubota's kind loses the speed where the machine brakes
 SCHEDULED_FAR = 5  # times the largest speed
-RESISTANCE_SHARE = 0.1  # of alpha: how fast R_s is adapted; the flux error, which the law does not cover, dies with alpha
-RESISTANCE_POWER = 0.3  # of that across the air gap where stator frequency and slip are alpha, i_d = i_q
 ALPHA_DRIFT = 0.02  # of alpha, for a step by `ALPHA_STEP` of the range of speeds
 ALPHA_STEP = 0.4
 
@@ -55,16 +53,6 @@ def baseline_feedback(a: Any, alpha: Any) -> Any:
 def scheduled_loops(gamma: Any, alpha: Any, omega_max: Any) -> Any:
     """omega_n and a of the baseline with Kubota's scheduled gain, in rad/s and 1/s."""
     return SCHEDULED_FAR * omega_max, SCHEDULED_K * (gamma + alpha)
-
-
-def resistance_gain(alpha: Any, sigma: Any, a: Any, L_m: Any, flux: Any) -> Any:
-    """h_s, with which the error of R_s decays at `RESISTANCE_SHARE` of alpha."""
-    return gain_of_rate(RESISTANCE_SHARE * alpha, sigma, a, L_m, flux)
-
-
-def resistance_power(alpha: Any, L_m: Any, flux: Any) -> Any:
-    """P_0 of the law that turns round, in Wb^3 A/s: `RESISTANCE_POWER` of what crosses the air gap at alpha and alpha."""
-    return RESISTANCE_POWER * power_of_slip(alpha, alpha, alpha, L_m, flux)
 
 
 def alpha_gain(alpha: Any, flux: Any, L_m: Any, mu: Any, K_p: Any, step: Any, bandwidth: Any) -> Any:

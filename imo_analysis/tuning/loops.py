@@ -9,9 +9,9 @@ constant and one grows with the speed (`imo_analysis.pencils.pole_rule`):
     quiet, across,  k_1 = a - gamma - alpha, since alpha_hat (1 + beta L_m) i_hat adds to the decay; the rest alike
       supervised
     baseline        l_1 = a - gamma - alpha,  l_3 = (X - R_s/sigma - l_1) / beta with alpha X = D_0,  h = (omega_n / b)^2
-    baseline_       as baseline; h_s from a (`imo_analysis.tuning.formulas.resistance_gain`)
+    baseline_       as baseline; h_s from a (`imo_analysis.replay.gains.resistance_gain`)
       resistance
-    baseline_       as that; P_0 from alpha and the flux alone (`imo_analysis.tuning.formulas.resistance_power`)
+    baseline_       as that; P_0 from alpha and the flux alone (`imo_analysis.replay.gains.resistance_power`)
       turned
     scheduled       k = a / (gamma + alpha),  h = (omega_n / b)^2
 """
@@ -22,7 +22,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from imo_analysis.machine import InductionMachine
-from imo_analysis.tuning.formulas import resistance_gain, resistance_power
+from imo_analysis.replay.gains import resistance_gain, resistance_power
 
 QUIET = ("quiet", "across", "supervised")
 ADAPTIVE = ("consistent_12", "repaired", *QUIET)

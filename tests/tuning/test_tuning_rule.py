@@ -9,6 +9,8 @@ import pytest
 from imo_analysis.equations.plant import plant
 from imo_analysis.errors import InputError
 from imo_analysis.machine import PAPER_PRESETS, PRESETS, InductionMachine
+from imo_analysis.replay.check import Level
+from imo_analysis.replay.gains import default_gains
 from imo_analysis.simulation.run import simulate
 from imo_analysis.simulation.summary import summary
 from imo_analysis.study import Study
@@ -155,6 +157,10 @@ def test_formulas_of_the_head():
     turned = rule_gains(PAPER, "baseline_turned", 0.5307, TIMES)
     current = 0.5307 / PAPER.L_m  # along the flux, and across it where the slip is alpha
     assert turned == adapted | {"P_0": pytest.approx(0.3 * (0.5307 * current) * PAPER.alpha * 0.5307**2)}
+    of_a_record = default_gains("baseline_turned", PAPER, Level(100.0, 0.5307), 500.0)
+    assert of_a_record["P_0"] == turned["P_0"], "one rule for a record and for a study"
+    decay = of_a_record["l_1"] + PAPER.gamma + PAPER.alpha
+    assert of_a_record["h_s"] / decay == pytest.approx(turned["h_s"] / (1.1 * fast))
     scheduled = rule_gains(PAPER, "baseline_scheduled", 0.5307, TIMES)
     assert scheduled == pytest.approx({"k": 1.1, "h": (5 * 150.0 / b) ** 2})
     loop = omega_n**2 * (omega_n**2 + (PAPER.gamma + PAPER.alpha) ** 2) / (2 * a)
