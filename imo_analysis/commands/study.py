@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 DESCRIPTION = """Write a study to start from, commented, or check a study and say what is in it. Without --machine it is the
 paper's; with a machine, one of that motor: rated flux, speed and torque, from its [nameplate] or as typical of such a machine,
-four observers with gains by the rule of thumb (imo_analysis.tuning.rule), and nine runs that ask whether they work. Of an
+five observers with gains by the rule of thumb (imo_analysis.tuning.rule), and nine runs that ask whether they work. Of an
 observer of your own (kind = "mine.py") a check says, exactly, whether estimates that are right stay right."""
 EXAMPLE = "imo study --init study.toml\n  imo study --init study.toml --machine motor.toml\n  imo study study.toml"
 

@@ -8,10 +8,10 @@ alpha_hat stands where v_1 alpha_tilde cancels what that left. `share_left` is t
 An acceleration during the build-up would raise alpha_hat as later ones do (`imo_analysis.excitation.resting`), were both copies
 left alone (`left_alone`), and what it adds is forgotten only as far as the flux still moves. But the copies are corrected, and
 remember: since the flux turns past what they do, neither part need have the sign that it has at standstill or on exact copies.
-`landing` counts all of it: it integrates the error dynamics, the difference of
-the plain definitions, along the motion that the flux loop and the speed loop make of the study's first reference, with currents
-at their references. No voltage, no current loop, no sampling: these shape the first milliseconds, while the flux is too small
-to orient the drive, and are what the prediction misses.
+`landing` counts all of it: it integrates the error dynamics, the difference of the plain definitions, along the motion that the
+flux loop and the speed loop make of the study's first reference, with currents at their references. No voltage, no current
+loop, no sampling: these shape the first milliseconds, while the flux is too small to orient the drive, and are what the
+prediction misses.
 
 Where the flux stands, the repaired observer conserves `equations.drift.balance` and q = k_3 z_tilde - j kappa s xi_tilde; with
 the family of rest states (three numbers) they fix where it ends. q is conserved through the start as well, while the direction
