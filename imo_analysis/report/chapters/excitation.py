@@ -57,12 +57,17 @@ threshold. The scaling and the threshold stand with each result.
     return Chapter("excitation", "Excitation", "Excitation and identifiability", body)
 
 
+def _short_title(scenario: Scenario) -> Html:
+    """The title up to its colon, a figure's number beside its "Fig."."""
+    return typeset(scenario.title.split(":")[0].replace("Fig. ", "Fig.\u00a0"))
+
+
 def _drift(scenarios: Sequence[Scenario], papers: bool) -> list[Html]:
     explained = [scenario for scenario in scenarios if scenario.drift]
     if not explained:
         return []
     rows = [
-        (typeset(scenario.title.split(":")[0]), tag("code", row.observer), f"{row.before:g} to {row.after:g}",
+        (_short_title(scenario), tag("code", row.observer), f"{row.before:g} to {row.after:g}",
          *(f"{value:.3f}" for value in (
              row.start, row.step_from_study, row.step_from_motion, row.step, row.from_study, row.end)))
         for scenario in explained for row in scenario.drift
@@ -124,7 +129,7 @@ def _landings(explained: Sequence[Scenario]) -> list[Html]:
     first = next((row for row in main_scenario(explained).landings), landings[0][1])
     wrong = [(row.initial - scenario.alpha) * row.from_error for scenario, row in landings if row.initial != scenario.alpha]
     alone = [row.left_alone - scenario.alpha for scenario, row in landings]
-    rows = [(typeset(scenario.title.split(":")[0]), tag("code", row.observer), f"{row.initial:.4g}",
+    rows = [(_short_title(scenario), tag("code", row.observer), f"{row.initial:.4g}",
              *(f"{value:.3f}" for value in (row.from_error, row.from_motion, row.predicted, row.simulated)),
              f"{row.predicted_xi:.2f}", f"{row.simulated_xi:.2f}", "–" if math.isnan(one) else f"{row.left_alone:.3f}")
             for (scenario, row), one in zip(landings, alone, strict=True)]
@@ -139,7 +144,7 @@ the flux, across $v_2$, and what it brings into the currents only an error of al
 that error would be forgotten, by about
 """
         ),
-        formula(r"\exp\left(-\frac{g}{k_1 + R_s/\sigma} \int \frac{\beta^{2} \dot{\psi}^{2}}{\alpha^{2}} dt\right) = "
+        formula(r"\exp\left(-\frac{g}{k_1 + R_s/\sigma} \int \, \frac{\beta^{2} \dot{\psi}^{2}}{\alpha^{2}} \, dt\right) = "
                 r"\exp\left(-\frac{g \beta^{2} \psi^{2} w}{2 \alpha^{2} (k_1 + R_s/\sigma)}\right) ,"),
         prose(
             rf"""
@@ -149,7 +154,7 @@ currents as one of alpha does (`resting.build_up`). As $v_1$ fades, $\hat{{\alph
 until it can follow no longer. At standstill the two leave of a small error the share
 """
         ),
-        formula(r"{}_1F_2\left(\frac{1}{2}; \frac{1}{2} + r_1, \frac{1}{2} + r_2; "
+        formula(r"{}_1F_2\left(\frac{1}{2}; \, \frac{1}{2} + r_1, \, \frac{1}{2} + r_2; \, "
                 r"-\frac{g \beta^{2} \psi^{2}}{4 \alpha^{2}}\right) "
                 r"\approx \varepsilon + \frac{\alpha^{2} k_3}{\beta \psi w} \sqrt{\frac{\pi}{2 w g (k_1 + R_s/\sigma)}} ,"),
         prose(
@@ -177,7 +182,7 @@ truth in these runs; the prediction is at most {abs(worst.predicted - worst.simu
 """
         ),
         table(head, rows, r"$\hat{\alpha}$ after the start and what it is made of, in 1/s; $\tilde{\xi}$ in A, which with "
-              "the formulas above says which of the rest states it is", range(2, 9)),
+              "the formulas above says which of the rest states it is", range(2, 10)),
     ]
 
 
